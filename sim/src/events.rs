@@ -1,0 +1,67 @@
+//! What acts on the water from outside: drops, pushes, rain; scheduled by a scene or sent live.
+
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+/// One thing done to the water at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Action {
+    /// Water falls onto the surface: `volume` m³ spread over a smooth bump of radius `radius`.
+    Drop {
+        /// Centre in metres (X, Z).
+        position: Vec2,
+        /// Radius of the bump in metres.
+        radius: f32,
+        /// Volume in m³; negative takes water away.
+        volume: f32,
+    },
+    /// The surface is pressed down (or pulled up) without adding water: the depression of `depth` metres at the
+    /// centre is surrounded by a rim of the same volume.
+    Press {
+        /// Centre in metres (X, Z).
+        position: Vec2,
+        /// Radius of the depression in metres.
+        radius: f32,
+        /// Depth at the centre in metres; negative pulls up.
+        depth: f32,
+    },
+    /// A horizontal push: adds `velocity` m/s at the centre, falling smoothly to zero at `radius`. Methods that carry
+    /// no velocity take it as the surface slope that such a push leaves.
+    Push {
+        /// Centre in metres (X, Z).
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Change of velocity at the centre in m/s (X, Z).
+        velocity: Vec2,
+    },
+}
+
+/// Why an action cannot be applied.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EventError {
+    /// The method has no way to do this.
+    #[error("solver `{solver}` cannot apply `{action}`; {remedy}")]
+    Unsupported {
+        /// The solver's name.
+        solver: &'static str,
+        /// The action's name.
+        action: &'static str,
+        /// What to use instead.
+        remedy: &'static str,
+    },
+    /// A value of the action is impossible.
+    #[error("event `{action}`: {quantity} is {value}, which is impossible; {remedy}")]
+    Impossible {
+        /// The action's name.
+        action: &'static str,
+        /// Which value.
+        quantity: &'static str,
+        /// What it was.
+        value: f32,
+        /// What would be right.
+        remedy: &'static str,
+    },
+}

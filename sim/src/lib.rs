@@ -1,0 +1,42 @@
+//! Water-surface solvers, scenes, terrain and recordings: everything of Meniscus that is not a picture.
+//!
+//! Every solver ends in the same thing, a heightfield [`Frame`]; every renderer begins with one and cannot tell
+//! whether it came live from a [`Solver`] or from a recording, since both stand behind [`FrameSource`].
+//!
+//! The tour, in the order in which data flows:
+//! [`scene`] reads what a scene file says and resolves the files it names; [`solvers`] builds the [`Solver`] it asks for;
+//! [`source`] drives it to the frame times and delivers events; [`recording`] stores and replays frames;
+//! [`export`] writes them for other programs; [`render`] is the seam to the renderer crates.
+//!
+//! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
+
+pub mod events;
+#[cfg(feature = "export")]
+pub mod export;
+pub mod frame;
+pub mod grid;
+pub mod mesh;
+pub mod npy;
+pub mod optics;
+#[cfg(feature = "procedural")]
+pub mod procedural;
+pub mod recording;
+pub mod reduce;
+pub mod render;
+pub mod rng;
+pub mod scene;
+#[cfg(feature = "shallow-water")]
+pub mod shallow_water;
+pub mod solver;
+pub mod solvers;
+pub mod source;
+pub mod terrain;
+#[cfg(feature = "wave-equation")]
+pub mod wave_equation;
+
+pub use frame::{BodyPose, Channels, Droplets, Frame};
+pub use glam;
+pub use grid::{Grid, GridSpec};
+pub use scene::Scene;
+pub use solver::{Solver, StepError, StepReport};
+pub use source::{FrameSource, Progress, SourceError};

@@ -1,0 +1,1 @@
+//! shallow_water

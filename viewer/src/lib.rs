@@ -1,0 +1,1 @@
+//! The `meniscus` command as a library, so that tests can drive it.

@@ -1,0 +1,2 @@
+//! Simulate, record, render, export and compare water surfaces.
+fn main() {}
