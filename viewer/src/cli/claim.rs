@@ -17,12 +17,7 @@ impl Claim {
     /// # Errors
     /// [`Failure::Run`] that names the path and what is in the way; [`Failure::Input`] if it is a folder.
     pub(crate) fn new(path: &Path) -> Result<Self, Failure> {
-        if path.is_dir() {
-            return Err(Failure::input(format_args!(
-                "{}: is a directory; name a file to write",
-                path.display()
-            )));
-        }
+        not_a_directory(path)?;
         let existed = path.exists();
         OpenOptions::new()
             .write(true)
@@ -54,6 +49,20 @@ impl Drop for Claim {
             let _ = fs::remove_file(&self.path);
         }
     }
+}
+
+/// Refuses a directory as the name of an output file.
+///
+/// # Errors
+/// [`Failure::Input`] that names it.
+pub(crate) fn not_a_directory(output: &Path) -> Result<(), Failure> {
+    if output.is_dir() {
+        return Err(Failure::input(format_args!(
+            "{}: is a directory; name a file to write with -o",
+            output.display()
+        )));
+    }
+    Ok(())
 }
 
 /// Refuses to write over a file that is also read.

@@ -37,6 +37,11 @@ impl Console {
         }
     }
 
+    /// The bar that is on the screen, for others who write to standard error.
+    pub(super) fn bar(&self) -> Arc<Mutex<Option<ProgressBar>>> {
+        Arc::clone(&self.bar)
+    }
+
     /// Writes a result to standard output.
     ///
     /// # Errors

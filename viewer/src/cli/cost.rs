@@ -1,5 +1,6 @@
 //! What a command spent: processor time of all its threads and wall time.
 
+use super::format;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -23,6 +24,17 @@ pub struct Cost {
     pub cpu_seconds: Option<f64>,
     /// Seconds on the clock.
     pub wall_seconds: f64,
+}
+
+impl Cost {
+    /// For people.
+    pub(crate) fn text(&self) -> String {
+        let wall = format::seconds(self.wall_seconds);
+        match self.cpu_seconds {
+            Some(cpu) => format!("{wall} on the clock, {} of processor time", format::seconds(cpu)),
+            None => format!("{wall} on the clock"),
+        }
+    }
 }
 
 /// Measures a [`Cost`] from its making on.
