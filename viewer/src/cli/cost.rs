@@ -1,21 +1,9 @@
 //! What a command spent: processor time of all its threads and wall time.
 
 use super::format;
+use crate::study::measure::process_cpu_seconds;
 use serde::Serialize;
 use std::time::Instant;
-
-/// Processor seconds of this process so far, all threads together; `None` where the system does not say.
-pub fn cpu_seconds() -> Option<f64> {
-    #[cfg(unix)]
-    {
-        let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        Some(t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9)
-    }
-    #[cfg(not(unix))]
-    {
-        None
-    }
-}
 
 /// Processor and wall seconds of a piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -48,7 +36,7 @@ impl Stopwatch {
     /// Starts.
     pub fn start() -> Self {
         Self {
-            cpu: cpu_seconds(),
+            cpu: process_cpu_seconds(),
             wall: Instant::now(),
         }
     }
@@ -56,7 +44,7 @@ impl Stopwatch {
     /// What was spent since the start.
     pub fn cost(&self) -> Cost {
         Cost {
-            cpu_seconds: self.cpu.zip(cpu_seconds()).map(|(start, now)| now - start),
+            cpu_seconds: self.cpu.zip(process_cpu_seconds()).map(|(start, now)| now - start),
             wall_seconds: self.wall.elapsed().as_secs_f64(),
         }
     }

@@ -10,6 +10,8 @@ pub enum Failure {
     Input(anyhow::Error),
     /// A scene file and what is wrong with it, one line a problem. Exit code 2.
     Scene(SceneError),
+    /// Expectations that do not hold, one line each. Exit code 1.
+    Unmet(Vec<String>),
     /// The input was right, but the work failed: a step was refused, a disk is full, an output cannot be written.
     /// Exit code 1.
     Run(anyhow::Error),
@@ -34,7 +36,7 @@ impl Failure {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::ClosedPipe => 0,
-            Self::Run(_) => 1,
+            Self::Run(_) | Self::Unmet(_) => 1,
             Self::Input(_) | Self::Scene(_) => 2,
             Self::Interrupted(_) => 130,
         }
@@ -45,6 +47,7 @@ impl Failure {
         match self {
             Self::Input(error) | Self::Run(error) => vec![one_line(error)],
             Self::Scene(error) => error.problems.iter().map(ToString::to_string).collect(),
+            Self::Unmet(expectations) => expectations.clone(),
             Self::Interrupted(kept) => vec![format!("interrupted; {kept}")],
             Self::ClosedPipe => Vec::new(),
         }

@@ -78,21 +78,20 @@ impl Frames {
             Self::Live { .. } => return Ok((time * rate).round() as u64),
             Self::Recorded(reader) => reader,
         };
-        let last = reader.len().checked_sub(1).ok_or_else(|| no_frames(reader))?;
-        if time > reader.time(last) + 1.0 / rate {
+        let before = reader.frame_at(time).ok_or_else(|| {
+            Failure::input(format_args!(
+                "{}: the recording holds no whole frame; record it again",
+                reader.path().display()
+            ))
+        })?;
+        let last = reader.time(reader.len() - 1);
+        if time > last + 1.0 / rate {
             return Err(Failure::input(format_args!(
-                "--at {time}: the recording ends at {} s; ask for a time up to that",
-                reader.time(last)
+                "--at {time}: the recording ends at {last} s; ask for a time up to that"
             )));
         }
-        // Times never decrease.
-        let (mut low, mut high) = (0, last);
-        while low < high {
-            let middle = (low + high) / 2;
-            if reader.time(middle) < time { low = middle + 1 } else { high = middle }
-        }
-        let before = low.saturating_sub(1);
-        let nearer = if (time - reader.time(before)).abs() <= (reader.time(low) - time).abs() { before } else { low };
+        let after = (before + 1).min(reader.len() - 1);
+        let nearer = if reader.time(after) - time < time - reader.time(before) { after } else { before };
         Ok(nearer as u64)
     }
 
@@ -155,9 +154,4 @@ pub(crate) enum FrameError {
     Damaged(String),
     /// Nothing more can be had.
     Failed(Failure),
-}
-
-/// A recording without frames, of which no picture can be drawn.
-pub(crate) fn no_frames(_reader: &Reader) -> Failure {
-    Failure::input("the recording holds no whole frame; record it again")
 }

@@ -3,7 +3,7 @@
 use super::console::Console;
 use super::failure::{Classify as _, Failure};
 use meniscus_sim::Scene;
-use meniscus_sim::recording::{Reader, RecordingError};
+use meniscus_sim::recording::Reader;
 use std::path::Path;
 
 /// What `render` and `view` can be given.
@@ -42,19 +42,25 @@ pub(crate) fn scene(path: &Path, overrides: &[String]) -> Result<Scene, Failure>
     Ok(Scene::load(path, overrides)?)
 }
 
-/// A recording; what is damaged in it is told as warnings.
+/// A recording; what is known to be damaged in it is told as warnings.
 ///
 /// # Errors
 /// [`Failure::Input`] if it cannot be read.
 pub(crate) fn recording(path: &Path, console: &Console) -> Result<Reader, Failure> {
     let reader = Reader::open(path).or_input()?;
-    for damage in reader.damage() {
-        console.warn(format!("{}: {damage}", path.display()));
-    }
+    warn_of_damage(&reader, console);
     Ok(reader)
 }
 
-/// Whether the error means that one frame is damaged while others can be read.
-pub(crate) fn is_damaged_frame(error: &RecordingError) -> bool {
-    matches!(error, RecordingError::DamagedFrame { .. })
+/// Tells what is known to be damaged in a recording.
+pub(crate) fn warn_of_damage(reader: &Reader, console: &Console) {
+    for damage in reader.damage() {
+        let frame = damage.frame.map_or_else(String::new, |frame| format!("frame {frame}: "));
+        console.warn(format!(
+            "{}: {frame}{} (at byte {}); the other frames can be read",
+            reader.path().display(),
+            damage.reason,
+            damage.offset
+        ));
+    }
 }

@@ -39,6 +39,11 @@ impl Interrupt {
         PRESSED.load(Ordering::Relaxed)
     }
 
+    /// The flag itself, for parts that look at it while they work.
+    pub fn flag(self) -> &'static AtomicBool {
+        &PRESSED
+    }
+
     /// Ends the command if Ctrl-C was pressed; `kept` says what is finished and stays.
     ///
     /// # Errors

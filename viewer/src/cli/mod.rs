@@ -4,21 +4,49 @@
 //! 2 the input is wrong, 130 after Ctrl-C. `docs/command-line.md` describes both for users.
 
 mod args;
+mod check;
+mod claim;
 mod console;
 mod cost;
+mod demo;
+mod export;
 mod failure;
 mod format;
+mod frames;
+mod info;
+mod input;
 mod interrupt;
+mod listing;
+mod live;
 mod log;
 mod memory;
+mod picture;
+mod plan;
 mod progress;
+mod record;
+mod render;
+mod study;
+mod video;
+mod view;
+mod volume;
 
 pub use args::{FrameRange, GlobalArgs, ImageSize, Overrides, SceneArgs};
+pub use check::CheckArgs;
 pub use console::{Console, Verbosity};
-pub use cost::{Cost, Stopwatch, cpu_seconds};
+pub use cost::{Cost, Stopwatch};
+pub use demo::DemoArgs;
+pub use export::ExportArgs;
 pub use failure::Failure;
+pub use info::InfoArgs;
 pub use interrupt::Interrupt;
+pub use listing::ListArgs;
+pub use plan::PlanArgs;
 pub use progress::Progress;
+pub use record::{RecordArgs, Recorded, record_scene};
+pub use render::{Drawn, RenderArgs, Rendered};
+pub use study::StudyArgs;
+pub use view::ViewArgs;
+pub use volume::VolumeAccount;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
@@ -57,6 +85,28 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 #[non_exhaustive]
 pub enum Command {
+    /// Flood a real valley, record it and render pictures: the main job, end to end, in about a minute
+    Demo(DemoArgs),
+    /// Run a scene and record its frames
+    Record(RecordArgs),
+    /// Tell what a recording holds: scene, channels, frames, compression, conservation, damage
+    Info(InfoArgs),
+    /// Draw frames of a recording, or of a scene that is run live, as PNG, EXR, GIF or MP4
+    Render(RenderArgs),
+    /// Open the window (comes in a later version)
+    View(ViewArgs),
+    /// Write the frames of a recording for NumPy, ParaView or Blender
+    Export(ExportArgs),
+    /// Tell what a scene would run and hold in memory, and what is left out and why
+    Plan(PlanArgs),
+    /// Measure error against run time; tables, CSV, JSON, SVG and one HTML page
+    Study(StudyArgs),
+    /// Check a scene and every file it names, without running it
+    Check(CheckArgs),
+    /// List the renderers of this build
+    Renderers(ListArgs),
+    /// List the solvers of this build
+    Solvers(ListArgs),
 }
 
 /// Runs the command that `args` (with the program's name first) asks for, and says how it ended.
@@ -83,6 +133,17 @@ pub fn run(args: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
 
 fn dispatch(command: &Command, console: &Console) -> Result<(), Failure> {
     match command {
+        Command::Demo(args) => demo::run(args, console),
+        Command::Record(args) => record::run(args, console),
+        Command::Info(args) => info::run(args, console),
+        Command::Render(args) => render::run(args, console),
+        Command::View(args) => view::run(args, console),
+        Command::Export(args) => export::run(args, console),
+        Command::Plan(args) => plan::run(args, console),
+        Command::Study(args) => study::run(args, console),
+        Command::Check(args) => check::run(args, console),
+        Command::Renderers(args) => listing::renderers(args, console),
+        Command::Solvers(args) => listing::solvers(args, console),
     }
 }
 
