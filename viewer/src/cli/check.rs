@@ -11,12 +11,14 @@ use meniscus_sim::{Channels, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// What `meniscus help check` says first.
+pub(super) const ABOUT: &str = "Check a scene and every file it names, without running it.\n\nEvery problem is one line \
+    `FILE:LINE: KEY: what is wrong; what would be right` on standard error, and the exit code is 2. A scene without \
+    problems is summed up: samples, largest stable step, memory, frames.";
+
 /// Arguments of `meniscus check`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Check a scene and every file it names, without running it.\n\nEvery problem is one line \
-        `FILE:LINE: KEY: what is wrong; what would be right` on standard error, and the exit code is 2. A scene without \
-        problems is summed up: samples, largest stable step, memory, frames.",
     after_help = "Example:\n  meniscus check data/scenes/ripple-tank.toml --set solver.spacing=0.01"
 )]
 pub struct CheckArgs {

@@ -1,6 +1,6 @@
 //! Frames by number, from a recording or from a live run.
 
-use super::failure::{Classify as _, Failure};
+use super::failure::Failure;
 use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;

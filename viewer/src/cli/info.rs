@@ -10,12 +10,14 @@ use meniscus_sim::solvers;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
+/// What `meniscus help info` says first.
+pub(super) const ABOUT: &str = "Tell what a recording holds: scene, channels, frames, compression, conservation and damage.\n\nEvery \
+    frame is read and its checksum checked, so this also verifies a file. Damaged or missing frames are warnings on \
+    standard error, exit code 0, as long as the header can be read.";
+
 /// Arguments of `meniscus info`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Tell what a recording holds: scene, channels, frames, compression, conservation and damage.\n\nEvery \
-        frame is read and its checksum checked, so this also verifies a file. Damaged or missing frames are warnings on \
-        standard error, exit code 0, as long as the header can be read.",
     after_help = "Examples:\n  meniscus info run.mrec\n  meniscus info run.mrec --json"
 )]
 pub struct InfoArgs {

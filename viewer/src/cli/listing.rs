@@ -8,6 +8,12 @@ use meniscus_render_cpu::renderers;
 use meniscus_sim::solvers;
 use serde::Serialize;
 
+/// What `meniscus help renderers` says last.
+pub(super) const RENDERERS_EXAMPLE: &str = "Example:\n  meniscus renderers --json";
+
+/// What `meniscus help solvers` says last.
+pub(super) const SOLVERS_EXAMPLE: &str = "Example:\n  meniscus solvers --json";
+
 /// Arguments of `meniscus renderers` and `meniscus solvers`.
 #[derive(Clone, Debug, Args)]
 pub struct ListArgs {
@@ -37,7 +43,7 @@ struct Solvers {
 pub(super) fn renderers(args: &ListArgs, console: &Console) -> Result<(), Failure> {
     let entry = |info: renderers::RendererInfo| Entry {
         name: info.name,
-        available: info.available,
+        available: info.unavailable.is_none(),
         summary: info.summary,
     };
     let renderers: Vec<Entry> = renderers::available().into_iter().map(entry).collect();

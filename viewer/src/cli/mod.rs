@@ -9,7 +9,7 @@ mod claim;
 mod console;
 mod cost;
 mod demo;
-mod export;
+//X mod export;
 mod failure;
 mod format;
 mod frames;
@@ -35,7 +35,7 @@ pub use check::CheckArgs;
 pub use console::{Console, Verbosity};
 pub use cost::{Cost, Stopwatch};
 pub use demo::DemoArgs;
-pub use export::ExportArgs;
+//X pub use export::ExportArgs;
 pub use failure::Failure;
 pub use info::InfoArgs;
 pub use interrupt::Interrupt;
@@ -65,9 +65,9 @@ use std::io::Write as _;
     after_help = "Exit codes: 0 done, 1 the run failed, 2 the input is wrong, 130 after Ctrl-C.\n\n\
         Examples:\n  \
         meniscus demo\n  \
-        meniscus check data/scenes/pond.toml\n  \
-        meniscus record data/scenes/pond.toml -o pond.mrec\n  \
-        meniscus render pond.mrec --at 2.5 -o pond.png\n  \
+        meniscus check data/scenes/ripple-tank.toml\n  \
+        meniscus record data/scenes/ripple-tank.toml -o run.mrec\n  \
+        meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus help record",
     arg_required_else_help = true,
     max_term_width = 110
@@ -86,26 +86,36 @@ pub struct Cli {
 #[non_exhaustive]
 pub enum Command {
     /// Flood a real valley, record it and render pictures: the main job, end to end, in about a minute
+    #[command(long_about = demo::ABOUT)]
     Demo(DemoArgs),
     /// Run a scene and record its frames
+    #[command(long_about = record::ABOUT)]
     Record(RecordArgs),
     /// Tell what a recording holds: scene, channels, frames, compression, conservation, damage
+    #[command(long_about = info::ABOUT)]
     Info(InfoArgs),
     /// Draw frames of a recording, or of a scene that is run live, as PNG, EXR, GIF or MP4
+    #[command(long_about = render::ABOUT)]
     Render(RenderArgs),
     /// Open the window (comes in a later version)
+    #[command(long_about = view::ABOUT)]
     View(ViewArgs),
-    /// Write the frames of a recording for NumPy, ParaView or Blender
-    Export(ExportArgs),
+    //X /// Write the frames of a recording for NumPy, ParaView or Blender
+    //X Export(ExportArgs),
     /// Tell what a scene would run and hold in memory, and what is left out and why
+    #[command(long_about = plan::ABOUT)]
     Plan(PlanArgs),
     /// Measure error against run time; tables, CSV, JSON, SVG and one HTML page
+    #[command(long_about = study::ABOUT)]
     Study(StudyArgs),
     /// Check a scene and every file it names, without running it
+    #[command(long_about = check::ABOUT)]
     Check(CheckArgs),
     /// List the renderers of this build
+    #[command(after_help = listing::RENDERERS_EXAMPLE)]
     Renderers(ListArgs),
     /// List the solvers of this build
+    #[command(after_help = listing::SOLVERS_EXAMPLE)]
     Solvers(ListArgs),
 }
 
@@ -138,7 +148,7 @@ fn dispatch(command: &Command, console: &Console) -> Result<(), Failure> {
         Command::Info(args) => info::run(args, console),
         Command::Render(args) => render::run(args, console),
         Command::View(args) => view::run(args, console),
-        Command::Export(args) => export::run(args, console),
+        //X Command::Export(args) => export::run(args, console),
         Command::Plan(args) => plan::run(args, console),
         Command::Study(args) => study::run(args, console),
         Command::Check(args) => check::run(args, console),

@@ -9,12 +9,14 @@ use clap::Args;
 use meniscus_sim::{Channels, Scene, Solver};
 use serde::Serialize;
 
+/// What `meniscus help plan` says first.
+pub(super) const ABOUT: &str = "Tell what a scene would run and hold in memory: the scene's own data, the solver's arrays, the channels \
+    of a frame and the passes and buffers of a renderer, each with its bytes; and what is left out, with the reason. \
+    Nothing is simulated or drawn.";
+
 /// Arguments of `meniscus plan`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Tell what a scene would run and hold in memory: the scene's own data, the solver's arrays, the channels \
-        of a frame and the passes and buffers of a renderer, each with its bytes; and what is left out, with the reason. \
-        Nothing is simulated or drawn.",
     after_help = "Example:\n  meniscus plan data/scenes/ripple-tank.toml --renderer whitted --size 1920x1080"
 )]
 pub struct PlanArgs {

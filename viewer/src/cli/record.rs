@@ -11,16 +11,18 @@ use super::volume::VolumeAccount;
 use super::{input, live};
 use clap::Args;
 use meniscus_sim::recording::{Summary, Writer};
-use meniscus_sim::{Frame, FrameSource as _, Progress, Scene};
+use meniscus_sim::{Channels, Frame, FrameSource as _, Progress, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// What `meniscus help record` says first.
+pub(super) const ABOUT: &str = "Run a scene and record its frames.\n\nRecorded are the channels that `recording.channels` of the scene \
+    names, else those that the `whitted` renderer needs, as far as the solver offers them. The file can be read \
+    at any moment: after Ctrl-C, a failed step or a crash it holds every frame finished by then.";
 
 /// Arguments of `meniscus record`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Run a scene and record its frames.\n\nRecorded are the channels that `recording.channels` of the scene \
-        names, else those that the `whitted` renderer needs, as far as the solver offers them. The file can be read \
-        at any moment: after Ctrl-C, a failed step or a crash it holds every frame finished by then.",
     after_help = "Examples:\n  \
         meniscus record data/scenes/ripple-tank.toml -o run.mrec\n  \
         meniscus record data/scenes/ripple-tank.toml --duration 5 --set solver.spacing=0.03125 -o fine.mrec"
@@ -150,7 +152,7 @@ pub fn record_scene(
     let summary = finished.or_run()?;
     let volume = VolumeAccount::of(scene, tally.masses, tally.last_time);
     let cost = stopwatch.cost();
-    Ok(Recorded::new(scene, name, out, &tally, &summary, volume, cost))
+    Ok(Recorded::new(scene, name, out, channels, &tally, &summary, volume, cost))
 }
 
 /// What remains of a run that stopped.
@@ -187,6 +189,7 @@ impl Recorded {
         scene: &Scene,
         solver: &'static str,
         out: &Path,
+        channels: Channels,
         tally: &Tally,
         summary: &Summary,
         volume: VolumeAccount,
@@ -197,7 +200,7 @@ impl Recorded {
             file: out.to_owned(),
             scene: scene.description.name.clone(),
             solver,
-            channels: summary.channels.iter().map(|(name, _)| name).collect(),
+            channels: channels.iter().map(|(name, _)| name).collect(),
             frames: tally.frames,
             simulated_seconds: tally.last_time,
             raw_bytes: summary.raw_bytes,

@@ -19,15 +19,17 @@ use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// What `meniscus help render` says first.
+pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
+    written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
+    recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
+    (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
+    frame's number: `wave.png` becomes `wave-0012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
+    the finished ones.";
+
 /// Arguments of `meniscus render`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
-        written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
-        recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
-        (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
-        frame's number: `wave.png` becomes `wave-0012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
-        the finished ones.",
     after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \

@@ -9,11 +9,13 @@ use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
 
+/// What `meniscus help study` says first.
+pub(super) const ABOUT: &str = "Measure error against run time.\n\nA study sweeps resolution, step or order of its methods over cases \
+    with a known truth and writes CSV, JSON, SVG and one self-contained HTML report. Without names, all studies run. With --check or --json nothing needs to be written.";
+
 /// Arguments of `meniscus study`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Measure error against run time.\n\nA study sweeps resolution, step or order of its methods over cases \
-        with a known truth and writes CSV, JSON, SVG and one self-contained HTML report. Without names, all studies run. With --check or --json nothing needs to be written.",
     after_help = "Examples:\n  \
         meniscus study --list\n  \
         meniscus study wave-equation --quick -o studies\n  \

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use glam::UVec2;
-use meniscus_render_cpu::tonemap;
+use meniscus_render_cpu::tonemap::ToneMap;
 use meniscus_sim::render::Image;
 use std::io::{self, Read as _, Write as _};
 use std::path::Path;
@@ -11,7 +11,6 @@ use std::process::{Child, Command, Stdio};
 /// A running ffmpeg that takes pictures on its standard input.
 pub(crate) struct Video {
     ffmpeg: Child,
-    bytes: Vec<u8>,
 }
 
 impl Video {
@@ -51,10 +50,7 @@ impl Video {
             )),
             _ => Failure::run(format_args!("cannot start ffmpeg: {error}; write a .gif or numbered .png files")),
         })?;
-        Ok(Self {
-            ffmpeg,
-            bytes: Vec::new(),
-        })
+        Ok(Self { ffmpeg })
     }
 
     /// Hands a picture to ffmpeg.
@@ -62,11 +58,11 @@ impl Video {
     /// # Errors
     /// [`Failure::Run`] with what ffmpeg said if it has ended.
     pub(crate) fn push(&mut self, image: &Image, exposure: f32) -> Result<(), Failure> {
-        tonemap::to_rgb8(image, exposure, &mut self.bytes);
+        let bytes = ToneMap::new(exposure).image(image);
         let Some(input) = &mut self.ffmpeg.stdin else {
             return Err(Failure::run("ffmpeg takes no more pictures"));
         };
-        match input.write_all(&self.bytes) {
+        match input.write_all(&bytes) {
             Ok(()) => Ok(()),
             Err(error) => Err(self.failed(&error.to_string())),
         }

@@ -7,12 +7,14 @@ use super::input::Input;
 use clap::Args;
 use std::path::PathBuf;
 
+/// What `meniscus help view` says first.
+pub(super) const ABOUT: &str = "Open the window on a recording or a live scene.\n\nThe window comes in a later version. Until then \
+    this checks its input and ends with exit code 1; `meniscus render` draws stills and animations, and \
+    `meniscus export` hands frames to ParaView and Blender.";
+
 /// Arguments of `meniscus view`.
 #[derive(Clone, Debug, Args)]
 #[command(
-    long_about = "Open the window on a recording or a live scene.\n\nThe window comes in a later version. Until then \
-        this checks its input and ends with exit code 1; `meniscus render` draws stills and animations, and \
-        `meniscus export` hands frames to ParaView and Blender.",
     after_help = "Example:\n  meniscus view pond.mrec"
 )]
 pub struct ViewArgs {
