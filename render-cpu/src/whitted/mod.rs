@@ -24,7 +24,7 @@ mod volume;
 mod world;
 
 use crate::camera::Lens;
-use crate::caster::Ray;
+use crate::caster::{HeightfieldError, Ray};
 use crate::sky::Sky;
 use glam::{DVec3, UVec2, Vec3};
 use meniscus_sim::frame::{Channels, Frame};
@@ -110,7 +110,7 @@ impl Whitted {
         let start = Instant::now();
         let fingerprint = fingerprint(scene);
         if self.fixed.as_ref().is_none_or(|f| f.fingerprint != fingerprint) {
-            self.fixed = Some(Fixed::build(scene, fingerprint));
+            self.fixed = Some(Fixed::build(scene, fingerprint)?);
         }
         let Some(fixed) = &self.fixed else { return Err(RenderError::Interrupted) };
         report.stages.push(("scene", start.elapsed().as_secs_f64()));
@@ -119,8 +119,8 @@ impl Whitted {
         let heights = surface::drawable(frame, fixed.ground_on_grid.as_ref(), self.heights.take());
         let how = surroundings::water_continuation(scene);
         match &mut self.water {
-            Some(water) => water.rebuild(&heights, how),
-            none => *none = Some(Surface::build(&heights, how)),
+            Some(water) => water.rebuild(&heights, how).map_err(unsupported)?,
+            none => *none = Some(Surface::build(&heights, how).map_err(unsupported)?),
         }
         let Some(water) = &self.water else { return Err(RenderError::Interrupted) };
         let objects = objects::place(scene, frame, &fixed.models);
@@ -273,7 +273,7 @@ impl Pixel {
 }
 
 impl Fixed {
-    fn build(scene: &Scene, fingerprint: u64) -> Self {
+    fn build(scene: &Scene, fingerprint: u64) -> Result<Self, RenderError> {
         let description = &scene.description;
         let light = light::Light::new(description, Sky::new(scene));
         let volume = volume::Volume::new(&description.water, &light);
@@ -281,9 +281,13 @@ impl Fixed {
             let (low, high) = t.range();
             low < high
         });
-        let ground = scene.terrain.as_ref().map(|terrain| {
-            Surface::build(terrain, surroundings::ground_continuation(terrain, description.water.level))
-        });
+        let ground = match &scene.terrain {
+            Some(terrain) => {
+                let how = surroundings::ground_continuation(terrain, description.water.level);
+                Some(Surface::build(terrain, how).map_err(unsupported)?)
+            }
+            None => None,
+        };
         let spacing = scene.terrain.as_ref().map_or(1.0, |t| f64::from(t.spec().spacing));
         let models = description
             .objects
@@ -294,7 +298,7 @@ impl Fixed {
                 _ => None,
             })
             .collect();
-        Self {
+        Ok(Self {
             fingerprint,
             look: ground::Ground::new(scene, spacing, relief),
             openness: scene.terrain.as_ref().filter(|_| relief).map(surface::openness),
@@ -303,7 +307,14 @@ impl Fixed {
             light,
             volume,
             models,
-        }
+        })
+    }
+}
+
+fn unsupported(error: HeightfieldError) -> RenderError {
+    RenderError::Unsupported {
+        what: error.to_string(),
+        remedy: "give finite heights".to_owned(),
     }
 }
 

@@ -5,7 +5,7 @@
 //! than clamped so that waves and hills go on as waves and hills; it meets the plane at exactly the same height, so
 //! that no ray can pass between them.
 
-use crate::caster::{Heightfield, Ray};
+use crate::caster::{Heightfield, HeightfieldError, Ray};
 use glam::{BVec2, DVec2, DVec3, UVec2, Vec2, dvec2, dvec3};
 use meniscus_sim::{Grid, GridSpec};
 use rayon::prelude::*;
@@ -49,11 +49,11 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    pub(crate) fn build(source: &Grid<f32>, how: Continuation) -> Self {
+    pub(crate) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
         let heights = continued(source, &how, None);
         let slopes = slopes_of(&heights, how.periodic, None);
         let mut surface = Self {
-            field: Heightfield::build(&heights),
+            field: Heightfield::build(&heights)?,
             heights,
             slopes,
             low: DVec2::ZERO,
@@ -63,18 +63,19 @@ impl Surface {
             how,
         };
         surface.measure(source.spec());
-        surface
+        Ok(surface)
     }
 
     /// The same for new heights, reusing what is allocated.
-    pub(crate) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) {
+    pub(crate) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
         let old = std::mem::replace(&mut self.heights, Grid::filled(UNIT, 0.0));
         self.heights = continued(source, &how, Some(old));
         let old = std::mem::replace(&mut self.slopes, Grid::filled(UNIT, Vec2::ZERO));
         self.slopes = slopes_of(&self.heights, how.periodic, Some(old));
-        self.field.rebuild(&self.heights);
+        self.field.rebuild(&self.heights)?;
         self.how = how;
         self.measure(source.spec());
+        Ok(())
     }
 
     fn measure(&mut self, source: &GridSpec) {
