@@ -23,12 +23,16 @@
 //! ```
 
 mod brute;
+#[cfg(feature = "bvh")]
+mod bvh;
 mod column;
 mod heightfield;
 mod surface;
 mod walk;
 
 pub use brute::BruteForce;
+#[cfg(feature = "bvh")]
+pub use bvh::TriangleBvh;
 pub use heightfield::Heightfield;
 pub use surface::{HeightfieldError, Patch};
 

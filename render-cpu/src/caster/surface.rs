@@ -140,6 +140,13 @@ impl Surface {
         (DVec2::new(x, z) - self.origin) / self.spacing
     }
 
+    /// World position of sample `(i, j)` at height 0.
+    #[cfg(feature = "bvh")]
+    pub(crate) fn position(&self, i: usize, j: usize) -> DVec3 {
+        let p = self.origin + self.spacing * DVec2::new(i as f64, j as f64);
+        DVec3::new(p.x, 0.0, p.y)
+    }
+
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.
     pub(crate) fn corners(&self, i: usize, j: usize) -> [f64; 4] {
         let k = j * self.width + i;
