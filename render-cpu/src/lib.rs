@@ -1,1 +1,3 @@
 //! The ground-truth renderer of Meniscus.
+
+pub mod caster;

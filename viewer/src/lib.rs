@@ -1,1 +1,3 @@
 //! The `meniscus` command as a library, so that tests can drive it.
+
+pub mod study;
