@@ -22,10 +22,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod blocks;
 mod brute;
 #[cfg(feature = "bvh")]
 mod bvh;
 mod column;
+mod filter;
 mod heightfield;
 mod surface;
 mod walk;
