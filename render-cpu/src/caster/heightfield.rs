@@ -1,6 +1,8 @@
 //! The caster of choice: building it and asking it.
 
-use super::column::{Columns, Crossing};
+use super::blocks::{BLOCK, Blocks, WINDOW};
+use super::column::{Columns, Crossing, Side};
+use super::filter::Strip;
 use super::surface::{HeightfieldError, Patch, Surface};
 use super::walk::Walk;
 use super::{Caster, Hit, Ray};
@@ -11,6 +13,7 @@ use meniscus_sim::Grid;
 #[derive(Clone, Debug)]
 pub struct Heightfield {
     surface: Surface,
+    blocks: Blocks,
 }
 
 impl Heightfield {
@@ -31,6 +34,7 @@ impl Heightfield {
     pub fn build_with(elevation: &Grid<f32>, patch: Patch) -> Result<Self, HeightfieldError> {
         let mut field = Self {
             surface: Surface::empty(patch),
+            blocks: Blocks::default(),
         };
         field.rebuild(elevation)?;
         Ok(field)
@@ -42,7 +46,11 @@ impl Heightfield {
     /// See [`Self::build`]. After an error no ray hits this heightfield until it is rebuilt.
     pub fn rebuild(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         self.surface.copy_from(elevation)?;
-        self.surface.measure()
+        if self.blocks.rebuild(&mut self.surface) {
+            Ok(())
+        } else {
+            Err(self.surface.refuse())
+        }
     }
 
     /// The first point of the surface on the ray with `t` in `[t_min, t_max]`, from whichever side the ray comes.
@@ -94,12 +102,48 @@ impl Heightfield {
 
     fn crossing(&self, walk: &Walk) -> Option<Crossing> {
         let mut columns = Columns::new(&self.surface, walk);
-        if walk.forward() {
-            (walk.first..=walk.last).find_map(|major| columns.crossing(major))
+        let forward = walk.major.step >= 0.0;
+        let mut column = walk.first;
+        // A walk of one or two columns is not worth filtering, and one that starts on the surface must find its side first.
+        while columns.side == Side::On || column.abs_diff(walk.last) < 2 {
+            if let Some(found) = columns.crossing(column) {
+                return Some(found);
+            }
+            if column == walk.last {
+                return None;
+            }
+            column = if forward { column + 1 } else { column - 1 };
+        }
+        let strip = Strip::new(walk, columns.side == Side::Below);
+        let bounds = if walk.major_is_x {
+            &self.blocks.along_x
         } else {
-            (walk.last..=walk.first)
-                .rev()
-                .find_map(|major| columns.crossing(major))
+            &self.blocks.along_z
+        };
+        let mut block = column / BLOCK;
+        let last_block = walk.last / BLOCK;
+        loop {
+            let window = if forward {
+                block.min(bounds.columns - WINDOW)
+            } else {
+                block.saturating_sub(WINDOW - 1)
+            };
+            let mut blocks = strip.block_columns(bounds, window) & between(block, last_block, window);
+            while blocks != 0 {
+                let at = window + next(&mut blocks, forward);
+                let base = at * BLOCK;
+                let mut inside = strip.columns(bounds, self.surface.heights(), walk, at)
+                    & between(column, walk.last, base);
+                while inside != 0 {
+                    if let Some(found) = columns.crossing(base + next(&mut inside, forward)) {
+                        return Some(found);
+                    }
+                }
+            }
+            if last_block.abs_diff(window) < WINDOW && last_block >= window {
+                return None;
+            }
+            block = if forward { window + WINDOW } else { window - 1 };
         }
     }
 
@@ -121,6 +165,26 @@ impl Heightfield {
     }
 }
 
+/// Bits of the places from `a` to `b`, in either order, that lie in the eight from `base` on.
+fn between(a: usize, b: usize, base: usize) -> u32 {
+    let (low, high) = (a.min(b).max(base), a.max(b).min(base + 7));
+    if low > high {
+        return 0;
+    }
+    (0xff >> (7 - (high - base))) & (0xff << (low - base))
+}
+
+/// Takes the next bit in the order of travel out of a mask that is not zero.
+fn next(mask: &mut u32, forward: bool) -> usize {
+    let k = if forward {
+        mask.trailing_zeros()
+    } else {
+        31 - mask.leading_zeros()
+    };
+    *mask ^= 1 << k;
+    k as usize
+}
+
 impl Caster for Heightfield {
     fn name(&self) -> &'static str {
         "blocks"
@@ -135,6 +199,6 @@ impl Caster for Heightfield {
     }
 
     fn bytes(&self) -> usize {
-        self.surface.bytes()
+        self.surface.bytes() + self.blocks.bytes()
     }
 }

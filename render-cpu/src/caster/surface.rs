@@ -85,12 +85,9 @@ impl Surface {
     pub(crate) fn measure(&mut self) -> Result<(), HeightfieldError> {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         let mut steepest = 0.0_f64;
-        for (j, row) in self.heights.chunks_exact(self.width).enumerate() {
-            if let Some(i) = row.iter().position(|v| !v.is_finite()) {
-                let value = row[i];
-                self.width = 0;
-                self.depth = 0;
-                return Err(HeightfieldError::NonFinite { i, j, value });
+        for row in self.heights.chunks_exact(self.width) {
+            if row.iter().any(|h| !h.is_finite()) {
+                return Err(self.refuse());
             }
             for &h in row {
                 low = low.min(h);
@@ -106,10 +103,21 @@ impl Surface {
                 steepest = steepest.max((f64::from(*b) - f64::from(*a)).abs());
             }
         }
-        self.low = f64::from(low);
-        self.high = f64::from(high);
-        self.steepest = steepest;
+        self.set_extremes(f64::from(low), f64::from(high), steepest);
         Ok(())
+    }
+
+    pub(crate) fn set_extremes(&mut self, low: f64, high: f64, steepest: f64) {
+        (self.low, self.high, self.steepest) = (low, high, steepest);
+    }
+
+    /// Leaves no cells, after samples that cannot be used; says which.
+    pub(crate) fn refuse(&mut self) -> HeightfieldError {
+        let k = self.heights.iter().position(|h| !h.is_finite()).unwrap_or(0);
+        let (i, j) = (k % self.width.max(1), k / self.width.max(1));
+        let value = self.heights.get(k).copied().unwrap_or(f32::NAN);
+        (self.width, self.depth) = (0, 0);
+        HeightfieldError::NonFinite { i, j, value }
     }
 
     /// Cells along X; 0 where a grid has a single sample.
@@ -138,6 +146,13 @@ impl Surface {
     /// World X and Z to units of samples.
     pub(crate) fn to_grid(&self, x: f64, z: f64) -> DVec2 {
         (DVec2::new(x, z) - self.origin) / self.spacing
+    }
+
+    /// World position of sample `(i, j)` at height 0.
+    #[cfg(feature = "bvh")]
+    pub(crate) fn position(&self, i: usize, j: usize) -> DVec3 {
+        let p = self.origin + self.spacing * DVec2::new(i as f64, j as f64);
+        DVec3::new(p.x, 0.0, p.y)
     }
 
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.

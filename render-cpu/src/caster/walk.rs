@@ -115,11 +115,6 @@ impl Walk {
         })
     }
 
-    /// Whether columns are walked in increasing order.
-    pub(crate) fn forward(&self) -> bool {
-        self.first <= self.last
-    }
-
     pub(crate) fn height(&self, t: f64) -> f64 {
         self.y + self.dy * t
     }
