@@ -45,7 +45,12 @@ fn for_each_ghost(layout: Layout, boundary: &Boundary, mut visit: impl FnMut(Gho
             for (edge, upper) in [(boundary.x_min, false), (boundary.x_max, true)] {
                 let column = |i: usize| row + i;
                 let (at, mirror, nearest, wrapped) = if upper {
-                    (GHOSTS + nx + g - 1, GHOSTS + nx - g, GHOSTS + nx - 1, GHOSTS + g - 1)
+                    (
+                        GHOSTS + nx + g - 1,
+                        GHOSTS + nx - g,
+                        GHOSTS + nx - 1,
+                        GHOSTS + g - 1,
+                    )
                 } else {
                     (GHOSTS - g, GHOSTS + g - 1, GHOSTS, GHOSTS + nx - g)
                 };
@@ -64,7 +69,12 @@ fn for_each_ghost(layout: Layout, boundary: &Boundary, mut visit: impl FnMut(Gho
     for g in 1..=GHOSTS {
         for (edge, upper) in [(boundary.z_min, false), (boundary.z_max, true)] {
             let (at, mirror, nearest, wrapped) = if upper {
-                (GHOSTS + nz + g - 1, GHOSTS + nz - g, GHOSTS + nz - 1, GHOSTS + g - 1)
+                (
+                    GHOSTS + nz + g - 1,
+                    GHOSTS + nz - g,
+                    GHOSTS + nz - 1,
+                    GHOSTS + g - 1,
+                )
             } else {
                 (GHOSTS - g, GHOSTS + g - 1, GHOSTS, GHOSTS + nz - g)
             };
@@ -121,13 +131,21 @@ pub(crate) fn fill<T: Real>(
             Edge::Wall => {
                 let k = ghost.mirror;
                 h[at] = h[k];
-                (qx[at], qz[at]) = if ghost.along_x { (-qx[k], qz[k]) } else { (qx[k], -qz[k]) };
+                (qx[at], qz[at]) = if ghost.along_x {
+                    (-qx[k], qz[k])
+                } else {
+                    (qx[k], -qz[k])
+                };
             }
             Edge::Open => {
                 let k = ghost.nearest;
                 let still = open.next().map_or(T::ZERO, |&(_, depth)| depth);
                 let sign = if ghost.upper { T::ONE } else { -T::ONE };
-                let (normal, across) = if ghost.along_x { (qx[k], qz[k]) } else { (qz[k], qx[k]) };
+                let (normal, across) = if ghost.along_x {
+                    (qx[k], qz[k])
+                } else {
+                    (qz[k], qx[k])
+                };
                 let (depth, normal, across) = leave(h[k], sign * normal, across, still, gravity, film);
                 h[at] = depth;
                 (qx[at], qz[at]) = if ghost.along_x {
@@ -157,7 +175,11 @@ fn leave<T: Real>(h: T, q: T, across: T, still: T, gravity: T, film: T) -> (T, T
     let rise = excess * (T::HALF * c0 + T::QUARTER * T::QUARTER * excess) / gravity;
     let depth = (still + rise).larger(T::ZERO);
     let speed = T::HALF * excess;
-    let across = if speed > T::ZERO { across / h * depth } else { T::ZERO };
+    let across = if speed > T::ZERO {
+        across / h * depth
+    } else {
+        T::ZERO
+    };
     (depth, speed * depth, across)
 }
 

@@ -116,10 +116,14 @@ pub enum BuildError {
     #[error(transparent)]
     Grid(#[from] GridError),
     /// Too few samples.
-    #[error("shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing")]
+    #[error(
+        "shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing"
+    )]
     Narrow(usize, usize),
     /// There is no ground.
-    #[error("shallow water needs ground below it; add a `[terrain]` table, `kind = \"flat\"` for a level bed")]
+    #[error(
+        "shallow water needs ground below it; add a `[terrain]` table, `kind = \"flat\"` for a level bed"
+    )]
     NoGround,
     /// An array has the wrong length.
     #[error("{what} has {found} values; the grid has {expected} samples")]
@@ -132,7 +136,9 @@ pub enum BuildError {
         found: usize,
     },
     /// A value is not finite or too large to compute with.
-    #[error("{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there")]
+    #[error(
+        "{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there"
+    )]
     Value {
         /// Which quantity, with its unit.
         what: &'static str,
@@ -184,9 +190,7 @@ impl Settings {
                 Err(BuildError::Parameter { name, value, range })
             }
         };
-        let Self {
-            manning, courant, ..
-        } = *self;
+        let Self { manning, courant, .. } = *self;
         parameter(
             "manning",
             manning,
@@ -200,13 +204,21 @@ impl Settings {
             "above 0 and at most 0.5",
         )?;
         if let Some(film) = self.film_depth {
-            parameter("film_depth", film, film.is_finite() && film > 0.0, "a positive length in metres")?;
+            parameter(
+                "film_depth",
+                film,
+                film.is_finite() && film > 0.0,
+                "a positive length in metres",
+            )?;
         }
         if let Some(level) = self.level {
             parameter("level", level, level.abs() <= HEIGHT_LIMIT, "within ±1e6 m")?;
         }
         let b = &self.boundary;
-        for (low, high, names) in [(b.x_min, b.x_max, ("x_min", "x_max")), (b.z_min, b.z_max, ("z_min", "z_max"))] {
+        for (low, high, names) in [
+            (b.x_min, b.x_max, ("x_min", "x_max")),
+            (b.z_min, b.z_max, ("z_min", "z_max")),
+        ] {
             if (low == Edge::Periodic) != (high == Edge::Periodic) {
                 return Err(BuildError::HalfPeriodic {
                     low: names.0,

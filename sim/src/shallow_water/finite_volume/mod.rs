@@ -3,10 +3,10 @@
 mod kernels;
 mod tile;
 
+use super::GRAVITY;
 use super::boundary::{self, FarField};
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
-use super::GRAVITY;
 use crate::scene::description::Boundary;
 use kernels::{Constants, flag};
 use rayon::prelude::*;
@@ -180,7 +180,11 @@ impl<T: Real> FiniteVolume<T> {
         let limit = self.quantum.depth_limit::<T>() * SPEED_LIMIT;
         for j in 0..self.layout.nz {
             for (i, k) in self.layout.row(j).enumerate() {
-                let (h, qx, qz) = (self.next.h[k].to_f64(), self.next.qx[k].to_f64(), self.next.qz[k].to_f64());
+                let (h, qx, qz) = (
+                    self.next.h[k].to_f64(),
+                    self.next.qx[k].to_f64(),
+                    self.next.qz[k].to_f64(),
+                );
                 if !(h >= 0.0) {
                     return Some((i, j, "depth in m", h));
                 }
@@ -262,24 +266,25 @@ impl<T: Real> FiniteVolume<T> {
             jobs.push((sink, tiles, to - from));
         }
         let arch = pulp::Arch::new();
-        jobs.into_par_iter().for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
-            for (t, tile) in tiles.iter_mut().enumerate() {
-                if !tile.awake {
-                    continue;
+        jobs.into_par_iter()
+            .for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
+                for (t, tile) in tiles.iter_mut().enumerate() {
+                    if !tile.awake {
+                        continue;
+                    }
+                    let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
+                    let extent = Extent {
+                        first_column: from + HALO,
+                        columns: to - from,
+                        first_row: sink.first_row,
+                        rows,
+                    };
+                    tile.outcome = arch.dispatch(
+                        #[inline(always)]
+                        || tile::step(&constants, source, &mut sink, extent, scratch),
+                    );
                 }
-                let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
-                let extent = Extent {
-                    first_column: from + HALO,
-                    columns: to - from,
-                    first_row: sink.first_row,
-                    rows,
-                };
-                tile.outcome = arch.dispatch(
-                    #[inline(always)]
-                    || tile::step(&constants, source, &mut sink, extent, scratch),
-                );
-            }
-        });
+            });
         let mut all = (0.0_f64, 0);
         for tile in &self.tiles {
             all.0 = all.0.max(tile.outcome.speed.to_f64());
@@ -292,13 +297,19 @@ impl<T: Real> FiniteVolume<T> {
     /// step would change nothing either, whatever its length.
     fn wake(&mut self) {
         let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
-        let alive: Vec<bool> = self.tiles.iter().map(|t| t.outcome.flags & flag::ALIVE != 0).collect();
+        let alive: Vec<bool> = self
+            .tiles
+            .iter()
+            .map(|t| t.outcome.flags & flag::ALIVE != 0)
+            .collect();
         for (k, tile) in self.tiles.iter_mut().enumerate() {
             let (i, j) = (k % w, k / w);
             // Neighbours wrap around: right for periodic edges, harmless for others.
-            tile.awake = [w - 1, 0, 1]
-                .into_iter()
-                .any(|di| [h - 1, 0, 1].into_iter().any(|dj| alive[(j + dj) % h * w + (i + di) % w]));
+            tile.awake = [w - 1, 0, 1].into_iter().any(|di| {
+                [h - 1, 0, 1]
+                    .into_iter()
+                    .any(|dj| alive[(j + dj) % h * w + (i + di) % w])
+            });
         }
     }
 
