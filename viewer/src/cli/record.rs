@@ -82,7 +82,7 @@ pub(super) fn run(args: &RecordArgs, console: &Console) -> Result<(), Failure> {
     let mut overrides = args.scene.overrides.set.clone();
     // As an override, so that the recording's header tells the duration that was run.
     overrides.extend(args.duration.map(|seconds| format!("duration={seconds:?}")));
-    claim::not_a_directory(&args.out)?;
+    claim::writable(&args.out)?;
     claim::differs(&args.out, &args.scene.scene)?;
     let scene = input::scene(&args.scene.scene, &overrides)?;
     let recorded = record_scene(&scene, &args.out, console, interrupt)?;
