@@ -15,9 +15,12 @@ pub mod measure;
 pub mod plot;
 mod report;
 pub mod row;
+mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+mod truth;
+mod wave_equation;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -117,7 +120,7 @@ impl StudyOutcome {
 
 /// Every study there is.
 pub fn all() -> Vec<&'static dyn Study> {
-    vec![]
+    vec![&wave_equation::WaveEquationStudy]
 }
 
 /// Runs the studies that `options` asks for, with a line to standard error now and then. Ends soon after `interrupted`

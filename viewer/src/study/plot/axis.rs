@@ -78,7 +78,14 @@ impl Axis {
             );
         }
         ticks.retain(|v| (self.low..=self.high).contains(&v.log10()));
-        ticks.into_iter().map(|v| (v, number(v))).collect()
+        let labels: Vec<String> = ticks.iter().map(|v| number(*v)).collect();
+        // One notation an axis: powers of ten where any of its decades needs one.
+        let powers = labels.iter().any(|l| l.parse::<f64>().is_err()) && decades(&ticks);
+        let label = |(v, text): (f64, String)| match (powers, v.log10().round() as i32) {
+            (true, 0) | (false, _) => (v, text),
+            (true, exponent) => (v, format!("10{}", superscript(exponent))),
+        };
+        ticks.into_iter().zip(labels).map(label).collect()
     }
 
     /// Labels at the swept values themselves where they are few and stand far enough apart, else [`Self::ticks`].
@@ -95,6 +102,11 @@ impl Axis {
             self.ticks(apart)
         }
     }
+}
+
+/// Whether all ticks are powers of ten.
+fn decades(ticks: &[f64]) -> bool {
+    ticks.iter().all(|v| (v.log10() - v.log10().round()).abs() < 1e-9)
 }
 
 /// A number as on an axis: plain from 0.01 to 99 999, else as a power of ten.
