@@ -33,7 +33,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
     after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
-        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 --camera corner -o tank.exr"
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr"
 )]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
@@ -43,7 +43,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub overrides: Overrides,
     /// Draw the frame nearest to this time in seconds
-    #[arg(long, value_name = "T", value_parser = time, conflicts_with = "frames")]
+    #[arg(long, value_name = "T", value_parser = time, allow_negative_numbers = true, conflicts_with = "frames")]
     pub at: Option<f64>,
     /// Draw these frames: 12, 10..20 (20 left out), 10..=20, 10.. or ..20
     #[arg(long, value_name = "A..B")]
