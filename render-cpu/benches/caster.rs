@@ -37,7 +37,7 @@ fn best(mut work: impl FnMut()) -> (f64, f64) {
     (0..SPANS).fold((f64::INFINITY, f64::INFINITY), |(cpu, wall), _| {
         let (c, w) = (cpu_seconds(started), Instant::now());
         let mut calls = 0.0;
-        while calls == 0.0 || w.elapsed().as_secs_f64() < SPAN {
+        while calls == 0.0 || cpu_seconds(started) - c < SPAN {
             work();
             calls += 1.0;
         }

@@ -30,9 +30,9 @@ pub(crate) struct PairBounds {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Blocks {
     /// For walks along X.
-    pub(crate) along_x: PairBounds,
+    along_x: PairBounds,
     /// For walks along Z.
-    pub(crate) along_z: PairBounds,
+    along_z: PairBounds,
     /// One value a block, X fastest: largest h, largest −h, bulge, largest step between neighbours.
     single: Vec<[f32; 4]>,
     /// Running maxima over the rows of a block, one set a row of blocks.
@@ -95,6 +95,11 @@ impl Blocks {
         true
     }
 
+    #[inline(always)]
+    pub(crate) fn along(&self, x: bool) -> &PairBounds {
+        if x { &self.along_x } else { &self.along_z }
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         let scratch: usize = self
             .scratch
@@ -130,6 +135,16 @@ impl Pads {
 }
 
 impl PairBounds {
+    /// The first block column of the window that begins with `block` in the order of travel.
+    #[inline(always)]
+    pub(crate) fn window(&self, block: usize, forward: bool) -> usize {
+        if forward {
+            block.min(self.columns - WINDOW)
+        } else {
+            block.saturating_sub(WINDOW - 1)
+        }
+    }
+
     fn resize(&mut self, columns: usize, rows: usize) {
         self.columns = columns.max(WINDOW);
         self.rows = rows;

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
 mod blocks;
 mod brute;
 #[cfg(feature = "bvh")]

@@ -50,6 +50,32 @@ pub(crate) struct Surface {
     pub(crate) steepest: f64,
 }
 
+/// Samples addressed by their place along the major and the minor axis of a walk.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout<'a> {
+    pub(crate) heights: &'a [f32],
+    pub(crate) patch: Patch,
+    pub(crate) major_cells: usize,
+    pub(crate) minor_cells: usize,
+    /// Distance in storage between neighbours along the major axis.
+    pub(crate) along: usize,
+    /// Distance in storage between neighbours along the minor axis.
+    pub(crate) across: usize,
+}
+
+impl Layout<'_> {
+    #[inline(always)]
+    pub(crate) fn sample(&self, major: usize, minor: usize) -> f64 {
+        // Callers stay within the grid; the fallback only spares the panic.
+        f64::from(
+            self.heights
+                .get(major * self.along + minor * self.across)
+                .copied()
+                .unwrap_or(0.0),
+        )
+    }
+}
+
 impl Surface {
     /// A surface without cells, which no ray hits.
     pub(crate) fn empty(patch: Patch) -> Self {
@@ -139,13 +165,33 @@ impl Surface {
         &self.heights
     }
 
+    /// World X and Z of the first sample.
+    pub(crate) fn corner(&self) -> DVec2 {
+        self.origin
+    }
+
+    /// The grid as walks along one axis see it.
+    #[inline(always)]
+    pub(crate) fn layout(&self, major_is_x: bool) -> Layout<'_> {
+        let (x, z) = ((self.cells_x(), 1), (self.cells_z(), self.width));
+        let ((major_cells, along), (minor_cells, across)) = if major_is_x { (x, z) } else { (z, x) };
+        Layout {
+            heights: &self.heights,
+            patch: self.patch,
+            major_cells,
+            minor_cells,
+            along,
+            across,
+        }
+    }
+
     pub(crate) fn spacing(&self) -> f64 {
         self.spacing
     }
 
     /// World X and Z to units of samples.
     pub(crate) fn to_grid(&self, x: f64, z: f64) -> DVec2 {
-        (DVec2::new(x, z) - self.origin) / self.spacing
+        (DVec2::new(x, z) - self.origin) * (1.0 / self.spacing)
     }
 
     /// World position of sample `(i, j)` at height 0.
@@ -156,6 +202,7 @@ impl Surface {
     }
 
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.
+    #[inline(always)]
     pub(crate) fn corners(&self, i: usize, j: usize) -> [f64; 4] {
         let k = j * self.width + i;
         let at = |k: usize| f64::from(self.heights.get(k).copied().unwrap_or(0.0));
@@ -163,6 +210,7 @@ impl Surface {
     }
 
     /// Height in metres within cell `(i, j)` at `(u, v)` in `[0, 1]`.
+    #[inline(always)]
     pub(crate) fn height(&self, i: usize, j: usize, u: f64, v: f64) -> f64 {
         let [a, b, c, d] = self.corners(i, j);
         match self.patch {
@@ -173,6 +221,7 @@ impl Surface {
     }
 
     /// Upward unit normal within cell `(i, j)` at `(u, v)`.
+    #[inline(always)]
     pub(crate) fn normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
         let [a, b, c, d] = self.corners(i, j);
         let (du, dv) = match self.patch {
@@ -206,6 +255,7 @@ impl Surface {
     }
 }
 
+#[inline(always)]
 pub(crate) fn lerp(a: f64, b: f64, s: f64) -> f64 {
     a + (b - a) * s
 }
