@@ -86,17 +86,26 @@ fn find<'a>(scene: &'a Scene, name: Option<&str>) -> Result<Option<&'a Camera>, 
 /// World up, or north where the view is vertical.
 fn up_for(direction: Vec3) -> Vec3 {
     let d = direction.normalize_or_zero();
-    if d.x.hypot(d.z) < 1e-3 { Vec3::NEG_Z } else { Vec3::Y }
+    if d.x.hypot(d.z) < 1e-3 {
+        Vec3::NEG_Z
+    } else {
+        Vec3::Y
+    }
 }
 
 /// A view of the whole domain from the south-east, 24° above the horizon, as near as the frame allows.
 fn automatic(scene: &Scene, size: UVec2, samples: u32) -> View {
     let spec = scene.grid;
-    let (lo, extent) = (spec.origin.as_dvec2(), spec.extent().max(glam::Vec2::splat(spec.spacing)).as_dvec2());
+    let (lo, extent) = (
+        spec.origin.as_dvec2(),
+        spec.extent().max(glam::Vec2::splat(spec.spacing)).as_dvec2(),
+    );
     let level = f64::from(scene.description.water.level);
     // The whole domain at the level of the water, and the ground's heights where there is ground.
     let (mut low, mut high) = (level, level);
-    let corners = |y: f64| [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| (lo + DVec2::new(u, v) * extent, y));
+    let corners = |y: f64| {
+        [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(u, v)| (lo + DVec2::new(u, v) * extent, y))
+    };
     if let Some(ground) = scene.ground_on_grid() {
         let (a, b) = ground.range();
         low = low.min(f64::from(a)).max(level - 0.5 * extent.max_element());
@@ -106,7 +115,11 @@ fn automatic(scene: &Scene, size: UVec2, samples: u32) -> View {
     let target = dvec3(centre.x, 0.5 * (low + high), centre.y);
     let fov = 40.0_f64.to_radians();
     let (azimuth, elevation) = (32.0_f64.to_radians(), 24.0_f64.to_radians());
-    let back = dvec3(azimuth.sin() * elevation.cos(), elevation.sin(), azimuth.cos() * elevation.cos());
+    let back = dvec3(
+        azimuth.sin() * elevation.cos(),
+        elevation.sin(),
+        azimuth.cos() * elevation.cos(),
+    );
     let right = DVec3::Y.cross(back).normalize();
     let up = back.cross(right);
     let tan_y = (0.5 * fov).tan();
@@ -115,7 +128,9 @@ fn automatic(scene: &Scene, size: UVec2, samples: u32) -> View {
     for (p, y) in corners(low).into_iter().chain(corners(high)) {
         let q = dvec3(p.x, y, p.y) - target;
         let depth = q.dot(back);
-        distance = distance.max(depth + q.dot(right).abs() / tan_x).max(depth + q.dot(up).abs() / tan_y);
+        distance = distance
+            .max(depth + q.dot(right).abs() / tan_x)
+            .max(depth + q.dot(up).abs() / tan_y);
     }
     let mut eye = target + back * (1.02 * distance);
     if let Some(terrain) = &scene.terrain {
@@ -153,7 +168,14 @@ impl Lens {
     /// [`RenderError::View`].
     pub(crate) fn new(view: &View) -> Result<Self, RenderError> {
         let bad = |what: String, remedy| Err(RenderError::View { what, remedy });
-        let View { position, target, up, vertical_fov, size, samples } = *view;
+        let View {
+            position,
+            target,
+            up,
+            vertical_fov,
+            size,
+            samples,
+        } = *view;
         if size.min_element() == 0 || size.max_element() > Image::MAX_SIDE {
             return bad(
                 format!("image of {} x {} pixels", size.x, size.y),
@@ -164,7 +186,10 @@ impl Lens {
             return bad("0 samples a pixel".into(), "ask for at least 1");
         }
         if !(position.is_finite() && target.is_finite() && up.is_finite()) {
-            return bad("position, target or up is not finite".into(), "give finite numbers");
+            return bad(
+                "position, target or up is not finite".into(),
+                "give finite numbers",
+            );
         }
         if !(vertical_fov > 0.0 && vertical_fov < std::f32::consts::PI) {
             return bad(

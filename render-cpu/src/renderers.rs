@@ -42,7 +42,11 @@ pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
         Whitted::NAME => Ok(Box::new(Whitted::default())),
         _ => Err(UnknownRenderer {
             name: name.to_owned(),
-            known: available().iter().map(|r| format!("`{}`", r.name)).collect::<Vec<_>>().join(", "),
+            known: available()
+                .iter()
+                .map(|r| format!("`{}`", r.name))
+                .collect::<Vec<_>>()
+                .join(", "),
         }),
     }
 }

@@ -35,7 +35,11 @@ pub struct Sky {
 #[derive(Clone, Debug)]
 enum Dome {
     Uniform(Vec3),
-    Picture { levels: Vec<Level>, rotation: f32, scale: f32 },
+    Picture {
+        levels: Vec<Level>,
+        rotation: f32,
+        scale: f32,
+    },
 }
 
 /// One resolution of an equirectangular picture.
@@ -52,7 +56,9 @@ impl Sky {
         let light = &scene.description.light;
         let dome = match (&light.sky, &scene.sky) {
             (description::Sky::Uniform { radiance }, _) => Dome::Uniform(*radiance),
-            (description::Sky::Picture { rotation, scale, .. }, Some(picture)) if picture.size.min_element() > 0 => {
+            (description::Sky::Picture { rotation, scale, .. }, Some(picture))
+                if picture.size.min_element() > 0 =>
+            {
                 Dome::Picture {
                     levels: pyramid(Level::from_panorama(picture)),
                     rotation: rotation.to_radians(),
@@ -90,11 +96,18 @@ impl Sky {
     pub fn radiance(&self, direction: Vec3, spread: f32) -> Vec3 {
         match &self.dome {
             Dome::Uniform(radiance) => *radiance,
-            Dome::Picture { levels, rotation, scale } => {
+            Dome::Picture {
+                levels,
+                rotation,
+                scale,
+            } => {
                 let u = (azimuth(direction) + rotation) / TAU;
                 let v = direction.y.clamp(-1.0, 1.0).acos() / PI;
                 let texel = PI / levels[0].height as f32;
-                let level = (2.0 * spread / texel).max(1.0).log2().min((levels.len() - 1) as f32);
+                let level = (2.0 * spread / texel)
+                    .max(1.0)
+                    .log2()
+                    .min((levels.len() - 1) as f32);
                 let k = level as usize;
                 let fine = levels[k].sample(u, v);
                 let share = level - k as f32;
@@ -190,7 +203,10 @@ impl Sky {
         (0..NORMAL_ROWS * NORMAL_COLUMNS)
             .map(|k| {
                 let polar = (k / NORMAL_COLUMNS) as f32 / (NORMAL_ROWS - 1) as f32 * PI;
-                let n = toward((k % NORMAL_COLUMNS) as f32 / NORMAL_COLUMNS as f32 * TAU, FRAC_PI_2 - polar);
+                let n = toward(
+                    (k % NORMAL_COLUMNS) as f32 / NORMAL_COLUMNS as f32 * TAU,
+                    FRAC_PI_2 - polar,
+                );
                 let (mut sum, mut weight) = (Vec3::ZERO, 0.0_f32);
                 for (d, radiance) in &samples {
                     let cos = d.dot(n).max(0.0);
@@ -198,7 +214,11 @@ impl Sky {
                     weight += cos;
                 }
                 // Scaled so that a uniform sky gives the exact irradiance.
-                if weight > 0.0 { sum / weight * (FRAC_PI_2 * (1.0 + n.y).max(0.0)) } else { Vec3::ZERO }
+                if weight > 0.0 {
+                    sum / weight * (FRAC_PI_2 * (1.0 + n.y).max(0.0))
+                } else {
+                    Vec3::ZERO
+                }
             })
             .collect()
     }
@@ -226,7 +246,11 @@ fn daylight(elevation: f32, sun_azimuth: f32, turbidity: f32) -> Level {
     };
     let Ok(state) = SkyState::new(&params) else {
         // Not reached: every parameter is clamped to its range.
-        return Level { width: 1, height: 1, pixels: vec![Vec3::ONE] };
+        return Level {
+            width: 1,
+            height: 1,
+            pixels: vec![Vec3::ONE],
+        };
     };
     let sun = toward(sun_azimuth.to_radians(), params.elevation);
     let dim = DAYLIGHT_UNITS * (elevation.min(0.0) / 3.0).exp2();
@@ -236,7 +260,10 @@ fn daylight(elevation: f32, sun_azimuth: f32, turbidity: f32) -> Level {
         let polar = (j as f32 + 0.5) / height as f32 * PI;
         let below = polar > FRAC_PI_2;
         for i in 0..width {
-            let d = toward((i as f32 + 0.5) / width as f32 * TAU, (FRAC_PI_2 - polar).max(0.0));
+            let d = toward(
+                (i as f32 + 0.5) / width as f32 * TAU,
+                (FRAC_PI_2 - polar).max(0.0),
+            );
             let gamma = d.dot(sun).clamp(-1.0, 1.0).acos();
             let theta = polar.min(FRAC_PI_2 - 1e-3);
             let value = Vec3::new(
@@ -248,7 +275,11 @@ fn daylight(elevation: f32, sun_azimuth: f32, turbidity: f32) -> Level {
             pixels.push(value.max(Vec3::ZERO) * (dim * ground));
         }
     }
-    Level { width, height, pixels }
+    Level {
+        width,
+        height,
+        pixels,
+    }
 }
 
 /// The picture and its halvings, down to four rows.
@@ -281,7 +312,11 @@ impl Level {
                 0.25 * (at(i, j) + at(i + 1, j) + at(i, j + 1) + at(i + 1, j + 1))
             })
             .collect();
-        Self { width, height, pixels }
+        Self {
+            width,
+            height,
+            pixels,
+        }
     }
 
     /// Bilinear; `u` in turns wraps, `v` from 0 at the zenith to 1 at the nadir is clamped.
@@ -297,6 +332,8 @@ impl Level {
         let j1 = (j0 + 1).min(self.height - 1);
         let (fx, fy) = (p.x - x0, p.y - j0 as f32);
         let at = |i: usize, j: usize| self.pixels[j * self.width + i];
-        at(i0, j0).lerp(at(i1, j0), fx).lerp(at(i0, j1).lerp(at(i1, j1), fx), fy)
+        at(i0, j0)
+            .lerp(at(i1, j0), fx)
+            .lerp(at(i0, j1).lerp(at(i1, j1), fx), fy)
     }
 }

@@ -66,7 +66,9 @@ impl ToneMap {
 
     /// 8-bit sRGB of a radiance.
     pub fn srgb8(&self, radiance: Vec3) -> [u8; 3] {
-        (srgb(self.display(radiance)) * 255.0 + 0.5).to_array().map(|v| v as u8)
+        (srgb(self.display(radiance)) * 255.0 + 0.5)
+            .to_array()
+            .map(|v| v as u8)
     }
 
     /// 8-bit sRGB of a whole picture, three bytes a pixel from the top left.
@@ -78,7 +80,11 @@ impl ToneMap {
 /// The transfer curve of IEC 61966-2-1 from display-linear values in 0 to 1.
 pub fn srgb(linear: Vec3) -> Vec3 {
     let encode = |v: f32| {
-        if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+        if v <= 0.003_130_8 {
+            12.92 * v
+        } else {
+            1.055 * v.powf(1.0 / 2.4) - 0.055
+        }
     };
     Vec3::new(encode(linear.x), encode(linear.y), encode(linear.z))
 }
@@ -96,16 +102,28 @@ mod tests {
         assert_eq!(map.srgb8(Vec3::splat(f32::INFINITY)), [255, 255, 255]);
         // One stop is a factor of two.
         let brighter = ToneMap::new(1.0).display(Vec3::new(0.1, 0.2, 0.3));
-        assert!((brighter - map.display(Vec3::new(0.2, 0.4, 0.6))).abs().max_element() < 1e-6);
+        assert!(
+            (brighter - map.display(Vec3::new(0.2, 0.4, 0.6)))
+                .abs()
+                .max_element()
+                < 1e-6
+        );
     }
 
     #[test]
     fn brightness_grows_and_the_order_of_channels_never_breaks() {
-        for hue in [Vec3::new(1.0, 0.2, 0.05), Vec3::new(0.05, 0.3, 1.0), Vec3::new(1.0, 0.8, 0.1)] {
+        for hue in [
+            Vec3::new(1.0, 0.2, 0.05),
+            Vec3::new(0.05, 0.3, 1.0),
+            Vec3::new(1.0, 0.8, 0.1),
+        ] {
             let mut before = Vec3::ZERO;
             for step in -40..40 {
                 let c = ToneMap::new(step as f32 * 0.25).display(hue);
-                assert!((c - before).min_element() > -2e-3, "{hue} at step {step}: {before} then {c}");
+                assert!(
+                    (c - before).min_element() > -2e-3,
+                    "{hue} at step {step}: {before} then {c}"
+                );
                 // The channel that is between the others stays between them: no jump of hue.
                 let mut order: Vec<(f32, f32)> = hue.to_array().into_iter().zip(c.to_array()).collect();
                 order.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,11 +1,13 @@
 //! The caster of choice: building it and asking it.
 
+use super::batch::{BATCH, Batch};
 use super::blocks::{BLOCK, Blocks, WINDOW};
 use super::column::{Columns, Crossing, Side};
-use super::filter::Strip;
+use super::filter::{Strip, between, next};
 use super::surface::{HeightfieldError, Patch, Surface};
 use super::walk::Walk;
 use super::{Caster, Hit, Ray};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
 use meniscus_sim::Grid;
 
@@ -46,10 +48,10 @@ impl Heightfield {
     /// See [`Self::build`]. After an error no ray hits this heightfield until it is rebuilt.
     pub fn rebuild(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         self.surface.copy_from(elevation)?;
-        if self.blocks.rebuild(&mut self.surface) {
+        if self.blocks.rebuild(elevation, &mut self.surface) {
             Ok(())
         } else {
-            Err(self.surface.refuse())
+            Err(self.surface.refuse(elevation))
         }
     }
 
@@ -60,13 +62,35 @@ impl Heightfield {
     /// until it has left it. A ray without direction, or with a value that is not finite, hits nothing.
     pub fn cast(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<Hit> {
         let walk = Walk::new(&self.surface, ray, t_min, t_max)?;
-        let crossing = self.crossing(&walk)?;
-        Some(self.hit(ray, &walk, crossing))
+        let crossing = dispatch!(Level::new(), simd => self.crossing(simd, &walk))?;
+        Some(crossing.hit(&self.surface, ray, &walk))
+    }
+
+    /// Casts many rays with a common interval, several times as fast as one by one and with the same answers to the last
+    /// bit. `hits` receives one answer a ray, as many as the shorter slice has.
+    pub fn cast_batch(&self, rays: &[Ray], t_min: f64, t_max: f64, hits: &mut [Option<Hit>]) {
+        dispatch!(Level::new(), simd => self.cast_batch_with(simd, rays, t_min, t_max, hits));
+    }
+
+    #[inline(always)]
+    fn cast_batch_with<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[Ray],
+        t_min: f64,
+        t_max: f64,
+        hits: &mut [Option<Hit>],
+    ) {
+        let mut batch = Batch::new(&self.surface, &self.blocks);
+        for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
+            batch.cast(simd, rays, t_min, t_max, hits);
+        }
     }
 
     /// Whether the ray meets the surface with `t` in `[t_min, t_max]`, under the conventions of [`Self::cast`].
     pub fn occluded(&self, ray: &Ray, t_min: f64, t_max: f64) -> bool {
-        Walk::new(&self.surface, ray, t_min, t_max).is_some_and(|walk| self.crossing(&walk).is_some())
+        Walk::new(&self.surface, ray, t_min, t_max)
+            .is_some_and(|walk| dispatch!(Level::new(), simd => self.crossing(simd, &walk)).is_some())
     }
 
     /// Height of the surface in metres at world `x`, `z`; `None` outside the grid.
@@ -100,89 +124,45 @@ impl Heightfield {
         Some(((i, j), (p.x - i as f64, p.y - j as f64)))
     }
 
-    fn crossing(&self, walk: &Walk) -> Option<Crossing> {
-        let mut columns = Columns::new(&self.surface, walk);
-        let forward = walk.major.step >= 0.0;
-        let mut column = walk.first;
+    #[inline(always)]
+    fn crossing<S: Simd>(&self, simd: S, walk: &Walk) -> Option<Crossing> {
+        let layout = self.surface.layout(walk.major_is_x);
+        let mut columns = Columns::new(layout, walk);
+        let forward = walk.forward();
+        let (mut column, last) = (walk.first as usize, walk.last as usize);
         // A walk of one or two columns is not worth filtering, and one that starts on the surface must find its side first.
-        while columns.side == Side::On || column.abs_diff(walk.last) < 2 {
+        while columns.side == Side::On || column.abs_diff(last) < 2 {
             if let Some(found) = columns.crossing(column) {
                 return Some(found);
             }
-            if column == walk.last {
+            if column == last {
                 return None;
             }
             column = if forward { column + 1 } else { column - 1 };
         }
         let strip = Strip::new(walk, columns.side == Side::Below);
-        let bounds = if walk.major_is_x {
-            &self.blocks.along_x
-        } else {
-            &self.blocks.along_z
-        };
+        let bounds = self.blocks.along(walk.major_is_x);
         let mut block = column / BLOCK;
-        let last_block = walk.last / BLOCK;
+        let last_block = last / BLOCK;
         loop {
-            let window = if forward {
-                block.min(bounds.columns - WINDOW)
-            } else {
-                block.saturating_sub(WINDOW - 1)
-            };
-            let mut blocks = strip.block_columns(bounds, window) & between(block, last_block, window);
+            let window = bounds.window(block, forward);
+            let mut blocks = strip.block_columns(simd, bounds, window) & between(block, last_block, window);
             while blocks != 0 {
                 let at = window + next(&mut blocks, forward);
                 let base = at * BLOCK;
-                let mut inside = strip.columns(bounds, self.surface.heights(), walk, at)
-                    & between(column, walk.last, base);
+                let mut inside = strip.columns(simd, bounds, &layout, at) & between(column, last, base);
                 while inside != 0 {
                     if let Some(found) = columns.crossing(base + next(&mut inside, forward)) {
                         return Some(found);
                     }
                 }
             }
-            if last_block.abs_diff(window) < WINDOW && last_block >= window {
+            if last_block.wrapping_sub(window) < WINDOW {
                 return None;
             }
             block = if forward { window + WINDOW } else { window - 1 };
         }
     }
-
-    fn hit(&self, ray: &Ray, walk: &Walk, crossing: Crossing) -> Hit {
-        let u = walk.major.at(crossing.t) - crossing.major as f64;
-        let v = walk.minor.at(crossing.t) - crossing.minor as f64;
-        let (i, j, u, v) = if walk.major_is_x {
-            (crossing.major, crossing.minor, u, v)
-        } else {
-            (crossing.minor, crossing.major, v, u)
-        };
-        let point = ray.at(crossing.t);
-        Hit {
-            t: crossing.t,
-            position: DVec3::new(point.x, self.surface.height(i, j, u, v), point.z),
-            normal: self.surface.normal(i, j, u, v),
-            cell: (i as u32, j as u32),
-        }
-    }
-}
-
-/// Bits of the places from `a` to `b`, in either order, that lie in the eight from `base` on.
-fn between(a: usize, b: usize, base: usize) -> u32 {
-    let (low, high) = (a.min(b).max(base), a.max(b).min(base + 7));
-    if low > high {
-        return 0;
-    }
-    (0xff >> (7 - (high - base))) & (0xff << (low - base))
-}
-
-/// Takes the next bit in the order of travel out of a mask that is not zero.
-fn next(mask: &mut u32, forward: bool) -> usize {
-    let k = if forward {
-        mask.trailing_zeros()
-    } else {
-        31 - mask.leading_zeros()
-    };
-    *mask ^= 1 << k;
-    k as usize
 }
 
 impl Caster for Heightfield {
@@ -196,6 +176,10 @@ impl Caster for Heightfield {
 
     fn cast(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<Hit> {
         Heightfield::cast(self, ray, t_min, t_max)
+    }
+
+    fn cast_batch(&self, rays: &[Ray], t_min: f64, t_max: f64, hits: &mut [Option<Hit>]) {
+        Heightfield::cast_batch(self, rays, t_min, t_max, hits);
     }
 
     fn bytes(&self) -> usize {

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
 mod blocks;
 mod brute;
 #[cfg(feature = "bvh")]
@@ -29,6 +30,7 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod samples;
 mod surface;
 mod walk;
 

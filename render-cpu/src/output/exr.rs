@@ -31,7 +31,10 @@ pub fn write_exr(path: &Path, image: &Image, more: &[Channel<'_>]) -> Result<(),
     for channel in more {
         check_length(path, image.size, channel.values.len())?;
         let Some(name) = exr::prelude::Text::new_or_none(channel.name) else {
-            return Err(OutputError::encode(path, format!("channel name `{}` is not ASCII", channel.name)));
+            return Err(OutputError::encode(
+                path,
+                format!("channel name `{}` is not ASCII", channel.name),
+            ));
         };
         channels.push(AnyChannel::new(name, FlatSamples::F32(channel.values.to_vec())));
     }

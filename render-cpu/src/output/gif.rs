@@ -31,7 +31,10 @@ pub struct GifWriter {
 
 impl std::fmt::Debug for GifWriter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("GifWriter").field("path", &self.path).field("size", &self.size).finish_non_exhaustive()
+        f.debug_struct("GifWriter")
+            .field("path", &self.path)
+            .field("size", &self.size)
+            .finish_non_exhaustive()
     }
 }
 
@@ -54,7 +57,9 @@ impl GifWriter {
         }
         let staged = Staged::new(path)?;
         let mut encoder = GifEncoder::new(staged.create()?);
-        encoder.set_repeat(Repeat::Infinite).map_err(|e| OutputError::encode(path, e))?;
+        encoder
+            .set_repeat(Repeat::Infinite)
+            .map_err(|e| OutputError::encode(path, e))?;
         Ok(Self {
             path: path.to_owned(),
             size,
@@ -81,17 +86,27 @@ impl GifWriter {
         }
         check_length(&self.path, image.size, image.pixels.len())?;
         let rgb = map.image(image);
-        if self.palette.as_ref().is_none_or(|p| p.error_of(&rgb) > STALE * p.error + 1.0) {
+        if self
+            .palette
+            .as_ref()
+            .is_none_or(|p| p.error_of(&rgb) > STALE * p.error + 1.0)
+        {
             self.palette = Some(Palette::for_picture(&rgb));
         }
-        let Some(palette) = &self.palette else { return Ok(()) };
+        let Some(palette) = &self.palette else {
+            return Ok(());
+        };
         let rgba = palette.apply(&rgb, self.size.x as usize);
-        let Some(picture) = RgbaImage::from_raw(self.size.x, self.size.y, rgba) else { return Ok(()) };
+        let Some(picture) = RgbaImage::from_raw(self.size.x, self.size.y, rgba) else {
+            return Ok(());
+        };
         // Delays are whole hundredths; their sum follows the rate without drift.
         let end = |n: u64| (n as f64 * 100.0 / self.rate).round() as u32;
         let delay = end(self.frames + 1) - end(self.frames);
         let frame = Frame::from_parts(picture, 0, 0, Delay::from_numer_denom_ms(10 * delay, 1));
-        self.encoder.encode_frame(frame).map_err(|e| OutputError::encode(&self.path, e))?;
+        self.encoder
+            .encode_frame(frame)
+            .map_err(|e| OutputError::encode(&self.path, e))?;
         self.frames += 1;
         Ok(())
     }
@@ -101,12 +116,20 @@ impl GifWriter {
     /// # Errors
     /// [`OutputError`].
     pub fn finish(self) -> Result<(), OutputError> {
-        let Self { path, encoder, mut staged, .. } = self;
+        let Self {
+            path,
+            encoder,
+            mut staged,
+            ..
+        } = self;
         // The encoder writes the end mark and flushes when dropped.
         drop(encoder);
         let whole = std::fs::metadata(staged.part()).map_err(|e| OutputError::io(&path, "writing", e))?;
         if whole.len() == 0 {
-            return Err(OutputError::encode(&path, "an animation needs at least one frame"));
+            return Err(OutputError::encode(
+                &path,
+                "an animation needs at least one frame",
+            ));
         }
         staged.rename()
     }

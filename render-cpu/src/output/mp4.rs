@@ -94,7 +94,11 @@ impl Mp4Writer {
         }
         check_length(&self.path, image.size, image.pixels.len())?;
         let rgb = map.image(image);
-        let written = self.child.stdin.as_mut().map_or(Ok(()), |pipe| pipe.write_all(&rgb));
+        let written = self
+            .child
+            .stdin
+            .as_mut()
+            .map_or(Ok(()), |pipe| pipe.write_all(&rgb));
         if written.is_err() {
             // The pipe broke because ffmpeg ended: its own message says why.
             return Err(self.failure());
@@ -124,7 +128,14 @@ impl Mp4Writer {
         let text = text.trim();
         OutputError::Ffmpeg {
             path: self.path.clone(),
-            message: format!("`ffmpeg` failed: {}", if text.is_empty() { "it gave no reason" } else { text }),
+            message: format!(
+                "`ffmpeg` failed: {}",
+                if text.is_empty() {
+                    "it gave no reason"
+                } else {
+                    text
+                }
+            ),
         }
     }
 }

@@ -90,7 +90,9 @@ impl Palette {
         let gap = (0..colors.len())
             .map(|k| {
                 let others = colors.iter().enumerate().filter(|(j, _)| *j != k);
-                let d = others.map(|(_, &c)| distance(c, colors[k]) / 3.0).fold(f32::INFINITY, f32::min);
+                let d = others
+                    .map(|(_, &c)| distance(c, colors[k]) / 3.0)
+                    .fold(f32::INFINITY, f32::min);
                 d.sqrt().min(48.0)
             })
             .collect();
@@ -155,20 +157,33 @@ fn median_cut(points: Vec<([f32; 3], f64)>, wanted: usize) -> Vec<[f32; 3]> {
         let (mut axis, mut spread) = (0, 0.0);
         for k in 0..3 {
             let mean = points.iter().map(|p| p.1 * f64::from(p.0[k])).sum::<f64>() / weight;
-            let s: f64 = points.iter().map(|p| p.1 * (f64::from(p.0[k]) - mean).powi(2)).sum();
+            let s: f64 = points
+                .iter()
+                .map(|p| p.1 * (f64::from(p.0[k]) - mean).powi(2))
+                .sum();
             if s > spread {
                 (axis, spread) = (k, s);
             }
         }
         // The square root keeps small but distinct colours alive beside large even areas.
-        Box3 { spread: if points.len() > 1 { spread.sqrt() * weight.powf(0.1) } else { 0.0 }, points, axis }
+        Box3 {
+            spread: if points.len() > 1 {
+                spread.sqrt() * weight.powf(0.1)
+            } else {
+                0.0
+            },
+            points,
+            axis,
+        }
     }
     if points.is_empty() {
         return vec![[0.0; 3]];
     }
     let mut boxes = vec![measured(points)];
     while boxes.len() < wanted {
-        let Some(k) = (0..boxes.len()).max_by(|&a, &b| boxes[a].spread.total_cmp(&boxes[b].spread)) else { break };
+        let Some(k) = (0..boxes.len()).max_by(|&a, &b| boxes[a].spread.total_cmp(&boxes[b].spread)) else {
+            break;
+        };
         if boxes[k].spread <= 0.0 {
             break;
         }
@@ -189,7 +204,9 @@ fn median_cut(points: Vec<([f32; 3], f64)>, wanted: usize) -> Vec<[f32; 3]> {
         .iter()
         .map(|b| {
             let weight: f64 = b.points.iter().map(|p| p.1).sum();
-            std::array::from_fn(|k| (b.points.iter().map(|p| p.1 * f64::from(p.0[k])).sum::<f64>() / weight) as f32)
+            std::array::from_fn(|k| {
+                (b.points.iter().map(|p| p.1 * f64::from(p.0[k])).sum::<f64>() / weight) as f32
+            })
         })
         .collect()
 }

@@ -47,7 +47,9 @@ impl Staged {
 
     /// Flushes what was written and gives the file its name.
     pub(super) fn commit(mut self, mut writer: impl Write) -> Result<(), OutputError> {
-        writer.flush().map_err(|e| OutputError::io(&self.path, "writing", e))?;
+        writer
+            .flush()
+            .map_err(|e| OutputError::io(&self.path, "writing", e))?;
         drop(writer);
         self.rename()
     }

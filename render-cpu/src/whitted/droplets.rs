@@ -31,7 +31,9 @@ pub(super) struct Spray {
 
 impl std::fmt::Debug for Spray {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Spray").field("droplets", &self.balls.len()).finish_non_exhaustive()
+        f.debug_struct("Spray")
+            .field("droplets", &self.balls.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -48,7 +50,11 @@ impl Spray {
         if balls.is_empty() {
             return None;
         }
-        let bvh = build_bvh2(&balls, BvhBuildParams::fast_build(), &mut std::time::Duration::default());
+        let bvh = build_bvh2(
+            &balls,
+            BvhBuildParams::fast_build(),
+            &mut std::time::Duration::default(),
+        );
         let balls = bvh.primitive_indices.iter().map(|&k| balls[k as usize]).collect();
         Some(Self { bvh, balls })
     }
@@ -63,25 +69,27 @@ impl Spray {
             0.0,
             (t_max * (1.0 + 1e-5)) as f32,
         );
-        self.bvh.ray_traverse(f32_ray, &mut obvhs::ray::RayHit::none(), |_, k| {
-            let ball = self.balls[k];
-            let o = ray.origin - ball.centre.as_dvec3();
-            let r = f64::from(ball.radius);
-            let outside = o.length_squared() > r * r;
-            match super::objects::sphere(o, ray.direction, r) {
-                Some(t) if outside && t < limit => {
-                    limit = t;
-                    best = Some((t, k));
-                    (t * (1.0 + 1e-6)) as f32
+        self.bvh
+            .ray_traverse(f32_ray, &mut obvhs::ray::RayHit::none(), |_, k| {
+                let ball = self.balls[k];
+                let o = ray.origin - ball.centre.as_dvec3();
+                let r = f64::from(ball.radius);
+                let outside = o.length_squared() > r * r;
+                match super::objects::sphere(o, ray.direction, r) {
+                    Some(t) if outside && t < limit => {
+                        limit = t;
+                        best = Some((t, k));
+                        (t * (1.0 + 1e-6)) as f32
+                    }
+                    _ => f32::INFINITY,
                 }
-                _ => f32::INFINITY,
-            }
-        });
-        best.map(|(t, k)| (t, self.balls[k].centre.as_dvec3(), f64::from(self.balls[k].radius)))
-    }
-
-    /// Bytes held.
-    pub(super) fn bytes_for(droplets: u64) -> u64 {
-        droplets * (16 + 64 + 4)
+            });
+        best.map(|(t, k)| {
+            (
+                t,
+                self.balls[k].centre.as_dvec3(),
+                f64::from(self.balls[k].radius),
+            )
+        })
     }
 }

@@ -67,18 +67,24 @@ impl Ground {
         let steepness = slope.length();
         let detail = noise.fractal(p / self.spacing, f64::from(footprint) / self.spacing);
         // Rougher where it is steep; little under water, where sediment lies.
-        let roughness = (0.10 + 0.35 * steepness.min(1.0)) * smoothstep(-0.1 * self.spacing as f32, 0.0, above).max(0.3);
+        let roughness =
+            (0.10 + 0.35 * steepness.min(1.0)) * smoothstep(-0.1 * self.spacing as f32, 0.0, above).max(0.3);
         let tilted = slope + roughness * detail.slope;
         let patches = noise.value(p / (7.0 * self.spacing)) + 0.6 * noise.value(p / (2.3 * self.spacing));
         let height = detail.height;
         let steep = smoothstep(0.38, 0.62, steepness + 0.12 * height + 0.06 * patches);
         let tone = 1.0 + 0.30 * patches + 0.45 * height;
-        let cover = self.albedo * tone.clamp(0.45, 1.6) * Vec3::new(1.0 + 0.18 * patches, 1.0, 1.0 + 0.08 * patches);
+        let cover =
+            self.albedo * tone.clamp(0.45, 1.6) * Vec3::new(1.0 + 0.18 * patches, 1.0, 1.0 + 0.08 * patches);
         let rock = self.steep * (1.0 + 0.5 * height).clamp(0.5, 1.5);
         let land = cover.lerp(rock, steep);
         // The shore's own colour in a band whose edge the noise frays; darker where the water has just been.
         let band = 0.05 * self.spacing as f32;
-        let beach = smoothstep(1.6 * band, 0.3 * band, above + band * (0.5 * height + 0.35 * patches));
+        let beach = smoothstep(
+            1.6 * band,
+            0.3 * band,
+            above + band * (0.5 * height + 0.35 * patches),
+        );
         let shore = self.shore * (1.0 + 0.25 * height).clamp(0.6, 1.3);
         let wet = smoothstep(0.35 * band, 0.0, above + 0.2 * band * height);
         let color = land.lerp(shore, beach) * (1.0 - 0.45 * wet);
@@ -101,7 +107,11 @@ fn checker_share(p: DVec2, width: f64) -> f64 {
     };
     let mean = |x: f64| {
         if width < 1e-9 {
-            return if (x.floor() as i64).rem_euclid(2) == 0 { 1.0 } else { -1.0 };
+            return if (x.floor() as i64).rem_euclid(2) == 0 {
+                1.0
+            } else {
+                -1.0
+            };
         }
         (integral(x + 0.5 * width) - integral(x - 0.5 * width)) / width
     };
@@ -126,7 +136,9 @@ impl Noise {
     fn new(seed: u64) -> Self {
         let mut rng = Rng::new(seed, NOISE_STREAM);
         Self {
-            lattice: (0..LATTICE * LATTICE).map(|_| 2.0 * rng.uniform_f32() - 1.0).collect(),
+            lattice: (0..LATTICE * LATTICE)
+                .map(|_| 2.0 * rng.uniform_f32() - 1.0)
+                .collect(),
         }
     }
 
@@ -192,7 +204,11 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_value() {
         let noise = Noise::new(3);
-        for p in [DVec2::new(0.3, 0.7), DVec2::new(-5.2, 12.9), DVec2::new(127.6, -0.4)] {
+        for p in [
+            DVec2::new(0.3, 0.7),
+            DVec2::new(-5.2, 12.9),
+            DVec2::new(127.6, -0.4),
+        ] {
             let (_, slope) = noise.sample(p);
             let h = 1e-3;
             let d = |q: DVec2| (noise.value(p + q) - noise.value(p - q)) / (2.0 * h as f32);

@@ -44,7 +44,11 @@ impl Sun {
         // |a − b|² of unit vectors: exact for small angles, where 1 − cos is not.
         let distance = (direction - self.direction).length_squared();
         let x = 0.5 * distance / variance;
-        if x > 30.0 { Vec3::ZERO } else { self.irradiance * ((-x).exp() / (2.0 * PI * variance)) }
+        if x > 30.0 {
+            Vec3::ZERO
+        } else {
+            self.irradiance * ((-x).exp() / (2.0 * PI * variance))
+        }
     }
 
     /// A direction towards the disc; `u` in the unit square picks the point.
@@ -90,14 +94,20 @@ impl Light {
             sky,
             sun,
         };
-        let ground = if description.terrain.is_some() { description.ground.albedo } else { Vec3::splat(0.06) };
+        let ground = if description.terrain.is_some() {
+            description.ground.albedo
+        } else {
+            Vec3::splat(0.06)
+        };
         light.from_below = ground * light.level_irradiance() / PI;
         light
     }
 
     /// Irradiance of level ground in the open.
     pub(super) fn level_irradiance(&self) -> Vec3 {
-        let sun = self.sun.map_or(Vec3::ZERO, |s| s.irradiance * s.direction.y.max(0.0));
+        let sun = self
+            .sun
+            .map_or(Vec3::ZERO, |s| s.irradiance * s.direction.y.max(0.0));
         self.sky.irradiance(Vec3::Y) + sun
     }
 

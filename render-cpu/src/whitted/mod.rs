@@ -12,10 +12,13 @@
 //!
 //! Light through waves is taken as through flat water, so there are no caustics.
 
+mod auxiliary;
+mod choppy;
 mod droplets;
 mod ground;
 mod light;
 mod objects;
+mod plan;
 mod surface;
 mod surroundings;
 mod tiles;
@@ -23,10 +26,12 @@ mod trace;
 mod volume;
 mod world;
 
+pub use auxiliary::{Auxiliary, AuxiliaryPixel};
+
 use crate::camera::Lens;
 use crate::caster::{HeightfieldError, Ray};
 use crate::sky::Sky;
-use glam::{DVec3, UVec2, Vec3};
+use glam::{UVec2, Vec3};
 use meniscus_sim::frame::{Channels, Frame};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use meniscus_sim::rng::Rng;
@@ -38,7 +43,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 use surface::Surface;
 use trace::{Path, Tracer};
-use world::{Medium, World, plan};
+use world::{Medium, World, in_plan};
 
 /// What the renderer does, beyond what the scene says.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,7 +98,10 @@ impl Whitted {
 
     /// A renderer with these settings.
     pub fn new(settings: Settings) -> Self {
-        Self { settings, ..Self::default() }
+        Self {
+            settings,
+            ..Self::default()
+        }
     }
 
     /// Runs `draw` with the frame ready for rays.
@@ -112,17 +120,26 @@ impl Whitted {
         if self.fixed.as_ref().is_none_or(|f| f.fingerprint != fingerprint) {
             self.fixed = Some(Fixed::build(scene, fingerprint)?);
         }
-        let Some(fixed) = &self.fixed else { return Err(RenderError::Interrupted) };
+        let Some(fixed) = &self.fixed else {
+            return Err(RenderError::Interrupted);
+        };
         report.stages.push(("scene", start.elapsed().as_secs_f64()));
 
         let start = Instant::now();
-        let heights = surface::drawable(frame, fixed.ground_on_grid.as_ref(), self.heights.take());
         let how = surroundings::water_continuation(scene);
+        let heights = surface::drawable(
+            frame,
+            fixed.ground_on_grid.as_ref(),
+            how.periodic,
+            self.heights.take(),
+        );
         match &mut self.water {
             Some(water) => water.rebuild(&heights, how).map_err(unsupported)?,
             none => *none = Some(Surface::build(&heights, how).map_err(unsupported)?),
         }
-        let Some(water) = &self.water else { return Err(RenderError::Interrupted) };
+        let Some(water) = &self.water else {
+            return Err(RenderError::Interrupted);
+        };
         let objects = objects::place(scene, frame, &fixed.models);
         let spray = frame.droplets.as_ref().and_then(droplets::Spray::build);
         let edges = surroundings::Edges::new(scene, &heights, lens.eye);
@@ -165,7 +182,7 @@ fn place_camera(world: &World<'_>, lens: &mut Lens) -> Result<Medium, RenderErro
         });
     }
     if world.depth(eye).abs() < 4.0 * world.hair {
-        lens.eye.y = world.water.height(plan(eye)) + 4.0 * world.hair;
+        lens.eye.y = world.water.height(in_plan(eye)) + 4.0 * world.hair;
     }
     Ok(world.medium(lens.eye))
 }
@@ -183,8 +200,8 @@ impl Renderer for Whitted {
         set
     }
 
-    fn plan(&self, _scene: &Scene, _size: UVec2) -> Vec<PlanItem> {
-        Vec::new()
+    fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {
+        plan::plan(scene, size, &self.settings)
     }
 
     fn render(
@@ -197,43 +214,57 @@ impl Renderer for Whitted {
     ) -> Result<RenderReport, RenderError> {
         let mut report = RenderReport::default();
         let seed = scene.description.seed;
-        self.with_world(scene, frame, view, &mut report, |world, lens, medium, settings, report| {
-            let start = Instant::now();
-            let rays = AtomicU64::new(0);
-            image.size = view.size;
-            let samples = view.samples;
-            let spread = (0.5 * lens.pixel_angle / f64::from(samples).sqrt()) as f32;
-            tiles::render(
-                view.size,
-                progress,
-                || Tracer { world, settings, sun_point: [0.0; 2], rays: 0 },
-                |tracer, x, y| {
-                    let mut sum = Vec3::ZERO;
-                    let pixel = Pixel::new(seed, x, y, samples);
-                    for k in 0..samples {
-                        let (at, sun_point) = pixel.sample(k);
-                        tracer.sun_point = sun_point;
-                        let direction = lens.direction(f64::from(x) + at[0], f64::from(y) + at[1]);
-                        sum += tracer.radiance(Path {
-                            ray: Ray { origin: lens.eye, direction },
-                            medium,
-                            width: 0.0,
-                            spread,
-                            interfaces: 0,
-                            weight: 1.0,
-                        });
-                    }
-                    sum / samples as f32
-                },
-                |tracer| {
-                    rays.fetch_add(tracer.rays, Ordering::Relaxed);
-                },
-                &mut image.pixels,
-            )?;
-            report.rays = rays.into_inner();
-            report.stages.push(("rays", start.elapsed().as_secs_f64()));
-            Ok(())
-        })?;
+        self.with_world(
+            scene,
+            frame,
+            view,
+            &mut report,
+            |world, lens, medium, settings, report| {
+                let start = Instant::now();
+                let rays = AtomicU64::new(0);
+                image.size = view.size;
+                let samples = view.samples;
+                let spread = (0.5 * lens.pixel_angle / f64::from(samples).sqrt()) as f32;
+                tiles::render(
+                    view.size,
+                    progress,
+                    || Tracer {
+                        world,
+                        settings,
+                        sun_point: [0.0; 2],
+                        rays: 0,
+                    },
+                    |tracer, x, y| {
+                        let mut sum = Vec3::ZERO;
+                        let pixel = Pixel::new(seed, x, y, samples);
+                        for k in 0..samples {
+                            let (at, sun_point) = pixel.sample(k);
+                            tracer.sun_point = sun_point;
+                            let direction = lens.direction(f64::from(x) + at[0], f64::from(y) + at[1]);
+                            sum += tracer.radiance(Path {
+                                ray: Ray {
+                                    origin: lens.eye,
+                                    direction,
+                                },
+                                medium,
+                                width: 0.0,
+                                spread,
+                                interfaces: 0,
+                                weight: 1.0,
+                            });
+                        }
+                        sum / samples as f32
+                    },
+                    |tracer| {
+                        rays.fetch_add(tracer.rays, Ordering::Relaxed);
+                    },
+                    &mut image.pixels,
+                )?;
+                report.rays = rays.into_inner();
+                report.stages.push(("rays", start.elapsed().as_secs_f64()));
+                Ok(())
+            },
+        )?;
         Ok(report)
     }
 }
@@ -250,7 +281,11 @@ impl Pixel {
 
     fn new(seed: u64, x: u32, y: u32, samples: u32) -> Self {
         let mut rng = Rng::new(seed, Self::STREAM ^ (u64::from(y) << 32 | u64::from(x)) << 8);
-        let shift = if samples == 1 { [0.5, 0.5, 0.0, 0.0] } else { std::array::from_fn(|_| rng.uniform()) };
+        let shift = if samples == 1 {
+            [0.5, 0.5, 0.0, 0.0]
+        } else {
+            std::array::from_fn(|_| rng.uniform())
+        };
         Self { samples, shift }
     }
 
@@ -266,8 +301,14 @@ impl Pixel {
         let golden = f64::from(k) * 0.754_877_666_246_692_8;
         let silver = f64::from(k) * 0.569_840_290_998_053_3;
         (
-            [wrap((f64::from(k) + 0.5) / n + self.shift[0]), wrap(inverse + self.shift[1])],
-            [wrap(golden + self.shift[2]) as f32, wrap(silver + self.shift[3]) as f32],
+            [
+                wrap((f64::from(k) + 0.5) / n + self.shift[0]),
+                wrap(inverse + self.shift[1]),
+            ],
+            [
+                wrap(golden + self.shift[2]) as f32,
+                wrap(silver + self.shift[3]) as f32,
+            ],
         )
     }
 }
@@ -288,7 +329,10 @@ impl Fixed {
             }
             None => None,
         };
-        let spacing = scene.terrain.as_ref().map_or(1.0, |t| f64::from(t.spec().spacing));
+        let spacing = scene
+            .terrain
+            .as_ref()
+            .map_or(1.0, |t| f64::from(t.spec().spacing));
         let models = description
             .objects
             .iter()
@@ -346,6 +390,3 @@ fn fingerprint(scene: &Scene) -> u64 {
     }
     hasher.finish()
 }
-
-#[allow(unused_imports)]
-use DVec3 as _;

@@ -35,7 +35,9 @@ pub(super) struct Model {
 
 impl std::fmt::Debug for Model {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Model").field("triangles", &self.corners.len()).finish_non_exhaustive()
+        f.debug_struct("Model")
+            .field("triangles", &self.corners.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -46,7 +48,9 @@ impl Model {
         let mut normals = Vec::with_capacity(mesh.triangles.len());
         for triangle in &mesh.triangles {
             let index = triangle.map(|k| k as usize);
-            let Some(p) = gather(&mesh.positions, index) else { continue };
+            let Some(p) = gather(&mesh.positions, index) else {
+                continue;
+            };
             let face = (p[1] - p[0]).cross(p[2] - p[0]);
             if !(face.length_squared() > 0.0) {
                 continue;
@@ -96,16 +100,17 @@ impl Model {
             0.0,
             (t_max * (1.0 + 1e-5)) as f32,
         );
-        self.bvh.ray_traverse(ray, &mut obvhs::ray::RayHit::none(), |_, k| {
-            match triangle(&self.corners[k], origin, direction) {
-                Some(t) if t >= 0.0 && t < limit => {
-                    limit = t;
-                    best = Some((t, k));
-                    (t * (1.0 + 1e-6)) as f32
+        self.bvh
+            .ray_traverse(ray, &mut obvhs::ray::RayHit::none(), |_, k| {
+                match triangle(&self.corners[k], origin, direction) {
+                    Some(t) if t >= 0.0 && t < limit => {
+                        limit = t;
+                        best = Some((t, k));
+                        (t * (1.0 + 1e-6)) as f32
+                    }
+                    _ => f32::INFINITY,
                 }
-                _ => f32::INFINITY,
-            }
-        });
+            });
         let (t, k) = best?;
         let p = self.corners[k].map(Vec3::as_dvec3);
         let face = (p[1] - p[0]).cross(p[2] - p[0]);
@@ -122,7 +127,11 @@ impl Model {
 }
 
 fn gather(values: &[Vec3], index: [usize; 3]) -> Option<[Vec3; 3]> {
-    Some([*values.get(index[0])?, *values.get(index[1])?, *values.get(index[2])?])
+    Some([
+        *values.get(index[0])?,
+        *values.get(index[1])?,
+        *values.get(index[2])?,
+    ])
 }
 
 /// Ray parameter of a triangle. The signed volumes of an edge are exact negatives for the two triangles that share it,
@@ -207,9 +216,17 @@ pub(super) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>])
                 Geometry::Model(model) => model.radius,
             };
             let rotation: DQuat = rotation.as_dquat();
-            let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
+            let rotation = if rotation.length_squared() > 0.0 {
+                rotation.normalize()
+            } else {
+                DQuat::IDENTITY
+            };
             let world_from_body = DMat3::from_quat(rotation);
-            let model_color = scene.meshes.get(k).filter(|m| !m.triangles.is_empty()).map(|m| m.base_color);
+            let model_color = scene
+                .meshes
+                .get(k)
+                .filter(|m| !m.triangles.is_empty())
+                .map(|m| m.base_color);
             (bound > 0.0 && bound.is_finite()).then(|| Placed {
                 geometry,
                 position: position.as_dvec3(),

@@ -16,28 +16,28 @@ const MAX_TILES: u32 = 96;
 
 /// How a grid is continued.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Continuation {
+pub(super) struct Continuation {
     /// Axes (X, Z) along which the surface repeats with period `spacing · size`.
-    pub(crate) periodic: BVec2,
+    pub(super) periodic: BVec2,
     /// Samples of apron beyond each edge of the other axes.
-    pub(crate) apron: UVec2,
+    pub(super) apron: UVec2,
     /// Height of the plane that the apron fades into, metres.
-    pub(crate) level: f32,
+    pub(super) level: f32,
 }
 
 /// Where a ray meets a [`Surface`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfaceHit {
+pub(super) struct SurfaceHit {
     /// Ray parameter: metres for unit directions.
-    pub(crate) t: f64,
-    pub(crate) position: DVec3,
+    pub(super) t: f64,
+    pub(super) position: DVec3,
     /// Upward unit normal of what was hit.
-    pub(crate) normal: DVec3,
+    pub(super) normal: DVec3,
 }
 
 /// A heightfield with its continuation and smooth slopes.
 #[derive(Clone, Debug)]
-pub(crate) struct Surface {
+pub(super) struct Surface {
     field: Heightfield,
     heights: Grid<f32>,
     slopes: Grid<Vec2>,
@@ -49,7 +49,7 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    pub(crate) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
+    pub(super) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
         let heights = continued(source, &how, None);
         let slopes = slopes_of(&heights, how.periodic, None);
         let mut surface = Self {
@@ -67,7 +67,7 @@ impl Surface {
     }
 
     /// The same for new heights, reusing what is allocated.
-    pub(crate) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
+    pub(super) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
         let old = std::mem::replace(&mut self.heights, Grid::filled(UNIT, 0.0));
         self.heights = continued(source, &how, Some(old));
         let old = std::mem::replace(&mut self.slopes, Grid::filled(UNIT, Vec2::ZERO));
@@ -87,17 +87,7 @@ impl Surface {
         self.range = (f64::from(low), f64::from(high));
     }
 
-    /// Bytes held, the caster's own included.
-    pub(crate) fn bytes(&self) -> u64 {
-        bytes_for(self.heights.spec().len() as u64)
-    }
-
-    /// Lowest and highest point of the grid with its apron.
-    pub(crate) fn range(&self) -> (f64, f64) {
-        self.range
-    }
-
-    pub(crate) fn spacing(&self) -> f64 {
+    pub(super) fn spacing(&self) -> f64 {
         f64::from(self.heights.spec().spacing)
     }
 
@@ -119,7 +109,7 @@ impl Surface {
     }
 
     /// Height anywhere.
-    pub(crate) fn height(&self, p: DVec2) -> f64 {
+    pub(super) fn height(&self, p: DVec2) -> f64 {
         if !self.covers(p) {
             return f64::from(self.how.level);
         }
@@ -138,7 +128,7 @@ impl Surface {
 
     /// Slope (∂y/∂x, ∂y/∂z) of the smooth surface: fourth-order differences at the samples, interpolated by
     /// Catmull–Rom splines, hence continuous with its first derivative. Also the largest change of slope a metre.
-    pub(crate) fn slope(&self, p: DVec2) -> (Vec2, f32) {
+    pub(super) fn slope(&self, p: DVec2) -> (Vec2, f32) {
         if !self.covers(p) {
             return (Vec2::ZERO, 0.0);
         }
@@ -168,7 +158,7 @@ impl Surface {
     }
 
     /// First meeting of the ray with the surface, from either side, with `t` in `[0, t_max]`.
-    pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
+    pub(super) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
         let near = if self.how.periodic.any() {
             self.cast_tiles(ray, t_max)
         } else {
@@ -201,7 +191,9 @@ impl Surface {
         }
         let position = ray.origin + t * ray.direction;
         let hair = 1e-9 * (self.high - self.low);
-        let inside = |p: f64, lo: f64, hi: f64, hair: f64, periodic: bool| periodic || (p > lo + hair && p < hi - hair);
+        let inside = |p: f64, lo: f64, hi: f64, hair: f64, periodic: bool| {
+            periodic || (p > lo + hair && p < hi - hair)
+        };
         let (lo, hi, per) = (self.low, self.high, self.how.periodic);
         if inside(position.x, lo.x, hi.x, hair.x, per.x) && inside(position.z, lo.y, hi.y, hair.y, per.y) {
             return None;
@@ -223,14 +215,20 @@ impl Surface {
                 return None;
             }
         } else {
-            let (a, b) = ((self.range.0 - ray.origin.y) / d.y, (self.range.1 - ray.origin.y) / d.y);
+            let (a, b) = (
+                (self.range.0 - ray.origin.y) / d.y,
+                (self.range.1 - ray.origin.y) / d.y,
+            );
             t = t.max(a.min(b));
             end = end.min(a.max(b));
         }
         for axis in [0, 2] {
             let k = axis / 2;
             if !self.how.periodic.test(k) && d[axis] != 0.0 {
-                let (a, b) = ((self.low[k] - ray.origin[axis]) / d[axis], (self.high[k] - ray.origin[axis]) / d[axis]);
+                let (a, b) = (
+                    (self.low[k] - ray.origin[axis]) / d[axis],
+                    (self.high[k] - ray.origin[axis]) / d[axis],
+                );
                 t = t.max(a.min(b));
                 end = end.min(a.max(b));
             }
@@ -290,12 +288,12 @@ const UNIT: GridSpec = GridSpec {
 };
 
 /// Bytes of a surface of that many samples: heights twice (once in the caster), slopes, block bounds.
-pub(crate) fn bytes_for(samples: u64) -> u64 {
+pub(super) fn bytes_for(samples: u64) -> u64 {
     samples * (4 + 4 + 8) + samples / 64 * 12
 }
 
 /// Samples of a grid together with its continuation.
-pub(crate) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
+pub(super) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
     let size = continued_spec(spec, how).size;
     u64::from(size.x) * u64::from(size.y)
 }
@@ -303,7 +301,11 @@ pub(crate) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
 fn continued_spec(spec: &GridSpec, how: &Continuation) -> GridSpec {
     let pad = |periodic: bool, n: u32, apron: u32| {
         // A periodic axis repeats its first sample at the end; a single sample becomes a level strip.
-        if periodic { (0, n + 1) } else { (apron, (n + 2 * apron).max(2)) }
+        if periodic {
+            (0, n + 1)
+        } else {
+            (apron, (n + 2 * apron).max(2))
+        }
     };
     let (ax, nx) = pad(how.periodic.x, spec.size.x, how.apron.x);
     let (az, nz) = pad(how.periodic.y, spec.size.y, how.apron.y);
@@ -322,7 +324,10 @@ fn continue_axis(k: usize, n: usize, periodic: bool, apron: usize) -> (usize, f3
     let (last, x) = (n as isize - 1, k as isize - apron as isize);
     let beyond = (-x).max(x - last).max(0);
     if beyond == 0 || last == 0 {
-        return (x.clamp(0, last) as usize, if beyond == 0 || apron == 0 { 1.0 } else { 0.0 });
+        return (
+            x.clamp(0, last) as usize,
+            if beyond == 0 || apron == 0 { 1.0 } else { 0.0 },
+        );
     }
     // Mirrored at the edge, as often as needed.
     let m = x.rem_euclid(2 * last);
@@ -347,7 +352,11 @@ fn continued(source: &Grid<f32>, how: &Continuation, reuse: Option<Grid<f32>>) -
             let source = source.row(sj);
             for (out, &(si, wi)) in row.iter_mut().zip(&columns) {
                 let (h, w) = (source[si], wi * wj);
-                *out = if w == 1.0 { h } else { how.level + (h - how.level) * w };
+                *out = if w == 1.0 {
+                    h
+                } else {
+                    how.level + (h - how.level) * w
+                };
             }
         });
     out
@@ -356,7 +365,11 @@ fn continued(source: &Grid<f32>, how: &Continuation, reuse: Option<Grid<f32>>) -
 /// Index of a sample that may lie beyond the stored row of `n`; a periodic row stores its first sample twice.
 fn neighbour(k: isize, n: usize, periodic: bool) -> usize {
     let last = n as isize - 1;
-    (if periodic { k.rem_euclid(last.max(1)) } else { k.clamp(0, last) }) as usize
+    (if periodic {
+        k.rem_euclid(last.max(1))
+    } else {
+        k.clamp(0, last)
+    }) as usize
 }
 
 fn slopes_of(heights: &Grid<f32>, periodic: BVec2, reuse: Option<Grid<Vec2>>) -> Grid<Vec2> {
@@ -365,12 +378,20 @@ fn slopes_of(heights: &Grid<f32>, periodic: BVec2, reuse: Option<Grid<Vec2>>) ->
     let mut slopes = reuse.unwrap_or_else(|| Grid::filled(spec, Vec2::ZERO));
     slopes.reshape(spec, Vec2::ZERO);
     let scale = 1.0 / spec.spacing;
-    slopes.as_mut_slice().par_chunks_mut(w).enumerate().for_each(|(j, row)| {
-        let at = |i: usize, j: usize| heights.as_slice()[j * w + i];
-        for (i, out) in row.iter_mut().enumerate() {
-            *out = scale * Vec2::new(difference(i, w, periodic.x, |i| at(i, j)), difference(j, h, periodic.y, |j| at(i, j)));
-        }
-    });
+    slopes
+        .as_mut_slice()
+        .par_chunks_mut(w)
+        .enumerate()
+        .for_each(|(j, row)| {
+            let at = |i: usize, j: usize| heights.as_slice()[j * w + i];
+            for (i, out) in row.iter_mut().enumerate() {
+                *out = scale
+                    * Vec2::new(
+                        difference(i, w, periodic.x, |i| at(i, j)),
+                        difference(j, h, periodic.y, |j| at(i, j)),
+                    );
+            }
+        });
     slopes
 }
 
@@ -388,7 +409,7 @@ fn difference(k: usize, n: usize, periodic: bool, f: impl Fn(usize) -> f32) -> f
     }
 }
 
-fn catmull_rom(t: f32) -> [f32; 4] {
+pub(super) fn catmull_rom(t: f32) -> [f32; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [
         -0.5 * t + t2 - 0.5 * t3,
@@ -404,13 +425,21 @@ fn catmull_rom(t: f32) -> [f32; 4] {
 /// Solvers let the surface of dry samples coincide with the ground. Ground of finer resolution dips below the chords
 /// between those samples and would show puddles there; dry samples without a wet neighbour are therefore lowered by
 /// more than the ground can dip within their cells. The neighbours of wet samples carry the waterline and stay.
-pub(super) fn drawable(frame: &meniscus_sim::Frame, ground: Option<&Grid<f32>>, reuse: Option<Grid<f32>>) -> Grid<f32> {
+pub(super) fn drawable(
+    frame: &meniscus_sim::Frame,
+    ground: Option<&Grid<f32>>,
+    periodic: BVec2,
+    reuse: Option<Grid<f32>>,
+) -> Grid<f32> {
     let spec = *frame.spec();
     let mut out = reuse.unwrap_or_else(|| Grid::filled(spec, 0.0));
     out.reshape(spec, 0.0);
-    out.as_mut_slice().copy_from_slice(frame.elevation.as_slice());
+    match frame.displacement.as_ref().filter(|d| d.spec() == &spec) {
+        Some(moved) => super::choppy::undisplaced(&frame.elevation, moved, periodic, &mut out),
+        None => out.as_mut_slice().copy_from_slice(frame.elevation.as_slice()),
+    }
     if let Some(ground) = ground.filter(|g| g.spec() == &spec) {
-        sink_dry(&mut out, &frame.elevation, ground);
+        sink_dry(&mut out, ground);
     }
     out
 }
@@ -418,60 +447,76 @@ pub(super) fn drawable(frame: &meniscus_sim::Frame, ground: Option<&Grid<f32>>, 
 /// Depth, relative to the deepest water of the frame, below which a sample counts as dry.
 const FILM: f32 = 1e-4;
 
-fn sink_dry(out: &mut Grid<f32>, elevation: &Grid<f32>, ground: &Grid<f32>) {
+fn sink_dry(out: &mut Grid<f32>, ground: &Grid<f32>) {
+    let elevation = out.clone();
     let (w, h) = (elevation.spec().width(), elevation.spec().height());
     let (e, g) = (elevation.as_slice(), ground.as_slice());
     let deepest = e.iter().zip(g).map(|(e, g)| e - g).fold(0.0, f32::max);
     let film = FILM * deepest;
-    out.as_mut_slice().par_chunks_mut(w).enumerate().for_each(|(j, row)| {
-        for (i, out) in row.iter_mut().enumerate() {
-            let here = g[j * w + i];
-            let (mut wet, mut relief) = (false, 0.0_f32);
-            for nj in j.saturating_sub(1)..(j + 2).min(h) {
-                for k in nj * w + i.saturating_sub(1)..nj * w + (i + 2).min(w) {
-                    wet |= e[k] - g[k] > film;
-                    relief = relief.max((g[k] - here).abs());
+    out.as_mut_slice()
+        .par_chunks_mut(w)
+        .enumerate()
+        .for_each(|(j, row)| {
+            for (i, out) in row.iter_mut().enumerate() {
+                let here = g[j * w + i];
+                let (mut wet, mut relief) = (false, 0.0_f32);
+                for nj in j.saturating_sub(1)..(j + 2).min(h) {
+                    for k in nj * w + i.saturating_sub(1)..nj * w + (i + 2).min(w) {
+                        wet |= e[k] - g[k] > film;
+                        relief = relief.max((g[k] - here).abs());
+                    }
+                }
+                if !wet {
+                    *out = here.min(*out) - 2.0 * relief - film;
                 }
             }
-            if !wet {
-                *out = here.min(*out) - 2.0 * relief - film;
-            }
-        }
-    });
+        });
 }
 
 /// Share of the sky's light that level ground gets between the heights around it: the mean of cos² of the horizon's
 /// elevation in eight directions.
 pub(super) fn openness(terrain: &Grid<f32>) -> Grid<f32> {
-    const DIRECTIONS: [(isize, isize); 8] = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
+    const DIRECTIONS: [(isize, isize); 8] = [
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+    ];
     let spec = *terrain.spec();
     let (w, h) = (spec.width() as isize, spec.height() as isize);
     let data = terrain.as_slice();
     let mut out = Grid::filled(spec, 1.0);
-    out.as_mut_slice().par_chunks_mut(spec.width()).enumerate().for_each(|(j, row)| {
-        for (i, out) in row.iter_mut().enumerate() {
-            let here = data[j * spec.width() + i];
-            let mut open = 0.0;
-            for (di, dj) in DIRECTIONS {
-                let length = spec.spacing * ((di * di + dj * dj) as f32).sqrt();
-                let mut steepest = 0.0_f32;
-                // Steps that grow with distance: far hills need less care.
-                let (mut n, mut step) = (1_isize, 1_isize);
-                loop {
-                    let (x, z) = (i as isize + n * di, j as isize + n * dj);
-                    if x < 0 || z < 0 || x >= w || z >= h || n > 64 {
-                        break;
+    out.as_mut_slice()
+        .par_chunks_mut(spec.width())
+        .enumerate()
+        .for_each(|(j, row)| {
+            for (i, out) in row.iter_mut().enumerate() {
+                let here = data[j * spec.width() + i];
+                let mut open = 0.0;
+                for (di, dj) in DIRECTIONS {
+                    let length = spec.spacing * ((di * di + dj * dj) as f32).sqrt();
+                    let mut steepest = 0.0_f32;
+                    // Steps that grow with distance: far hills need less care.
+                    let (mut n, mut step) = (1_isize, 1_isize);
+                    loop {
+                        let (x, z) = (i as isize + n * di, j as isize + n * dj);
+                        if x < 0 || z < 0 || x >= w || z >= h || n > 64 {
+                            break;
+                        }
+                        let rise = data[(z * w + x) as usize] - here;
+                        steepest = steepest.max(rise / (length * n as f32));
+                        step += n / 4;
+                        n += step;
+                        step = 1;
                     }
-                    let rise = data[(z * w + x) as usize] - here;
-                    steepest = steepest.max(rise / (length * n as f32));
-                    step += n / 4;
-                    n += step;
-                    step = 1;
+                    open += 1.0 / (1.0 + steepest * steepest);
                 }
-                open += 1.0 / (1.0 + steepest * steepest);
+                *out = open / DIRECTIONS.len() as f32;
             }
-            *out = open / DIRECTIONS.len() as f32;
-        }
-    });
+        });
     out
 }

@@ -66,7 +66,9 @@ pub(super) fn is_basin(scene: &Scene) -> bool {
     if walls == [false; 4] {
         return false;
     }
-    let Some(terrain) = &scene.terrain else { return true };
+    let Some(terrain) = &scene.terrain else {
+        return true;
+    };
     let level = initial_level(scene) as f32;
     let spec = scene.grid;
     let (w, h) = (spec.width(), spec.height());
@@ -93,7 +95,8 @@ impl Edges {
             .flat_map(|i| [elevation[(i, 0)], elevation[(i, h - 1)]])
             .chain((0..h).flat_map(|j| [elevation[(0, j)], elevation[(w - 1, j)]]))
             .fold(f32::NEG_INFINITY, f32::max);
-        let deck = (level + 0.03 * extent.max_element().max(f64::from(spec.spacing))).max(f64::from(rim) + 1e-6 * extent.max_element());
+        let deck = (level + 0.03 * extent.max_element().max(f64::from(spec.spacing)))
+            .max(f64::from(rim) + 1e-6 * extent.max_element());
         let boundary = &scene.description.boundary;
         let sides = [
             (boundary.x_min, 0, low.x, -1.0),
@@ -105,7 +108,12 @@ impl Edges {
             .into_iter()
             .filter(|(edge, ..)| *edge == Edge::Wall)
             .map(|(_, axis, at, outwards)| {
-                let mut side = Side { axis, at, outwards, glass: false };
+                let mut side = Side {
+                    axis,
+                    at,
+                    outwards,
+                    glass: false,
+                };
                 side.glass = eye.y < deck && side.beyond(eye) > 0.0;
                 side
             })
@@ -148,7 +156,12 @@ impl Edges {
     }
 
     /// First glass side at a point where there is water: ray parameter and normal into the air.
-    pub(super) fn cast_glass(&self, ray: &Ray, t_max: f64, wet: impl Fn(DVec3) -> bool) -> Option<(f64, DVec3)> {
+    pub(super) fn cast_glass(
+        &self,
+        ray: &Ray,
+        t_max: f64,
+        wet: impl Fn(DVec3) -> bool,
+    ) -> Option<(f64, DVec3)> {
         let mut best: Option<(f64, DVec3)> = None;
         let mut limit = t_max;
         for side in self.sides.iter().filter(|s| s.glass) {
@@ -177,7 +190,11 @@ pub(super) fn water_continuation(scene: &Scene) -> Continuation {
     let spec = scene.grid;
     let apron = |n: u32, ends: [Edge; 2]| {
         // The sides of a basin are at the last samples: nothing goes on there.
-        if is_basin(scene) && ends == [Edge::Wall; 2] { 0 } else { (n / 8).clamp(16, 128).min(n.saturating_sub(1)) }
+        if is_basin(scene) && ends == [Edge::Wall; 2] {
+            0
+        } else {
+            (n / 8).clamp(16, 128).min(n.saturating_sub(1))
+        }
     };
     Continuation {
         periodic,
@@ -208,7 +225,13 @@ pub(super) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuati
     if step > 0.0 && (plain - level).abs() < step {
         plain = level + if plain < level { -step } else { step };
     }
-    let apron = |n: u32| if low == high { 1 } else { (n / 2).clamp(8, GROUND_APRON).min(n.saturating_sub(1)) };
+    let apron = |n: u32| {
+        if low == high {
+            1
+        } else {
+            (n / 2).clamp(8, GROUND_APRON).min(n.saturating_sub(1))
+        }
+    };
     Continuation {
         periodic: BVec2::FALSE,
         apron: UVec2::new(apron(spec.size.x), apron(spec.size.y)),
@@ -219,6 +242,9 @@ pub(super) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuati
 /// Side of the square that holds the scene, metres: what lengths are compared with.
 pub(super) fn scale(scene: &Scene) -> f64 {
     let water = scene.grid.extent().as_dvec2();
-    let ground = scene.terrain.as_ref().map_or(DVec2::ZERO, |t| t.spec().extent().as_dvec2());
+    let ground = scene
+        .terrain
+        .as_ref()
+        .map_or(DVec2::ZERO, |t| t.spec().extent().as_dvec2());
     water.max(ground).max_element().max(f64::from(scene.grid.spacing))
 }

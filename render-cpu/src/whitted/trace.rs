@@ -2,7 +2,7 @@
 
 use super::Settings;
 use super::light::DIFFUSE_PATH;
-use super::world::{Hit, Medium, What, World, plan};
+use super::world::{Hit, Medium, What, World, in_plan};
 use crate::caster::Ray;
 use glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::optics::{fresnel, reflect, refract};
@@ -100,7 +100,9 @@ impl Tracer<'_> {
 
     /// Haze over a way through the air: what is lost is replaced by the colour of the horizon.
     fn through_air(&self, seen: Vec3, direction: Vec3, length: f32) -> Vec3 {
-        let Some(range) = self.settings.visual_range else { return seen };
+        let Some(range) = self.settings.visual_range else {
+            return seen;
+        };
         let left = (HAZE_TINT * (-KOSCHMIEDER * length / range)).exp();
         if left.min_element() > 0.9999 {
             return seen;
@@ -119,14 +121,30 @@ impl Tracer<'_> {
             What::Ground => self.ground(path, hit, width),
             What::Wall => {
                 let color = self.world.look.wall();
-                self.lit(hit.position, hit.normal, hit.normal.as_vec3(), color, path.medium, 1.0, self.world.hair)
+                self.lit(
+                    hit.position,
+                    hit.normal,
+                    hit.normal.as_vec3(),
+                    color,
+                    path.medium,
+                    1.0,
+                    self.world.hair,
+                )
             }
             What::Object { shading, color } => {
                 // A hole in a model may show its inside: both normals turn to the ray.
                 let away = hit.normal.dot(path.ray.direction) > 0.0;
                 let sign = if away { -1.0 } else { 1.0 };
                 let shading = (sign * shading).as_vec3();
-                self.lit(hit.position, sign * hit.normal, shading, color, path.medium, 1.0, 1e3 * self.world.hair)
+                self.lit(
+                    hit.position,
+                    sign * hit.normal,
+                    shading,
+                    color,
+                    path.medium,
+                    1.0,
+                    1e3 * self.world.hair,
+                )
             }
             What::Droplet { centre, radius } => self.droplet(path, hit, centre, radius, width),
         }
@@ -140,7 +158,7 @@ impl Tracer<'_> {
         let (smooth, curvature) = if glass {
             (hit.normal.as_vec3(), 0.0)
         } else {
-            let (slope, curvature) = self.world.water.slope(plan(hit.position));
+            let (slope, curvature) = self.world.water.slope(in_plan(hit.position));
             (Vec3::new(-slope.x, 1.0, -slope.y).normalize(), curvature)
         };
         let d = direction.as_vec3();
@@ -164,23 +182,35 @@ impl Tracer<'_> {
         let glass = matches!(hit.what, What::Water { glass: true });
         let at = self.interface(path.ray.direction, hit, glass);
         let foam = if glass { 0.0 } else { self.foam(hit.position) };
-        let water = if foam < 1.0 { self.split(path, hit, &at, width) } else { Vec3::ZERO };
+        let water = if foam < 1.0 {
+            self.split(path, hit, &at, width)
+        } else {
+            Vec3::ZERO
+        };
         if foam <= 0.0 {
             return water;
         }
         let up = at.shading * at.shading.y.signum();
         let albedo = Vec3::splat(FOAM_ALBEDO);
-        let white = self.lit(hit.position, hit.normal, up, albedo, Medium::Air, 1.0, self.world.hair);
+        let white = self.lit(
+            hit.position,
+            hit.normal,
+            up,
+            albedo,
+            Medium::Air,
+            1.0,
+            self.world.hair,
+        );
         water.lerp(white, foam)
     }
 
     fn foam(&self, p: DVec3) -> f32 {
         let Some(foam) = self.world.foam else { return 0.0 };
         let spec = foam.spec();
-        let q = spec.to_grid(plan(p).as_vec2());
+        let q = spec.to_grid(in_plan(p).as_vec2());
         let beyond = (-q).max(q - (spec.size.as_vec2() - Vec2::ONE)).max_element();
         // Beyond the grid it fades within eight samples.
-        foam.sample(plan(p).as_vec2()).clamp(0.0, 1.0) * (1.0 - beyond / 8.0).clamp(0.0, 1.0)
+        foam.sample(in_plan(p).as_vec2()).clamp(0.0, 1.0) * (1.0 - beyond / 8.0).clamp(0.0, 1.0)
     }
 
     /// Reflection and refraction at a water surface.
@@ -195,7 +225,12 @@ impl Tracer<'_> {
         let after = |path: &Path, direction: Vec3, medium, spread: f32, share: f32| Path {
             ray: Ray {
                 origin: hit.position
-                    + at.facing * if direction.dot(at.facing.as_vec3()) > 0.0 { self.world.hair } else { -self.world.hair },
+                    + at.facing
+                        * if direction.dot(at.facing.as_vec3()) > 0.0 {
+                            self.world.hair
+                        } else {
+                            -self.world.hair
+                        },
                 direction: direction.as_dvec3().normalize(),
             },
             medium,
@@ -204,10 +239,22 @@ impl Tracer<'_> {
             interfaces: path.interfaces + 1,
             weight: path.weight * share,
         };
-        let (near, far) = if at.from_water { (Medium::Water, Medium::Air) } else { (Medium::Air, Medium::Water) };
+        let (near, far) = if at.from_water {
+            (Medium::Water, Medium::Air)
+        } else {
+            (Medium::Air, Medium::Water)
+        };
         let reflected = after(path, at.reflected, near, path.spread + 2.0 * turn, at.fresnel);
-        let Some(direction) = at.refracted else { return self.radiance(reflected) };
-        let refracted = after(path, direction, far, path.spread + 0.5 * turn / cos, 1.0 - at.fresnel);
+        let Some(direction) = at.refracted else {
+            return self.radiance(reflected);
+        };
+        let refracted = after(
+            path,
+            direction,
+            far,
+            path.spread + 0.5 * turn / cos,
+            1.0 - at.fresnel,
+        );
         if path.interfaces >= settings.interface_depth {
             // No longer split: the likelier way stands for both.
             return self.radiance(if at.fresnel > 0.5 { reflected } else { refracted });
@@ -236,7 +283,12 @@ impl Tracer<'_> {
     fn enter(&mut self, path: Path, hit: &Hit) -> Vec3 {
         if path.medium == Medium::Water && self.world.ground_height(path.ray.origin) >= path.ray.origin.y {
             let normal = self.ground_normal(hit.position);
-            let hit = Hit { t: 0.0, normal, what: What::Ground, ..*hit };
+            let hit = Hit {
+                t: 0.0,
+                normal,
+                what: What::Ground,
+                ..*hit
+            };
             return self.ground(&path, &hit, path.width);
         }
         self.radiance(path)
@@ -247,18 +299,28 @@ impl Tracer<'_> {
         let light = self.world.light;
         match path.medium {
             Medium::Air => light.sky.radiance(path.ray.direction.as_vec3(), 0.5),
-            Medium::Water => self.world.volume.scattered(self.world.depth(path.ray.origin) as f32, 1.0, f32::INFINITY),
+            Medium::Water => {
+                self.world
+                    .volume
+                    .scattered(self.world.depth(path.ray.origin) as f32, 1.0, f32::INFINITY)
+            }
         }
     }
 
     fn ground_normal(&self, p: DVec3) -> DVec3 {
-        let slope = self.world.ground.map_or(Vec2::ZERO, |g| g.slope(plan(p)).0).as_dvec2();
+        let slope = self
+            .world
+            .ground
+            .map_or(Vec2::ZERO, |g| g.slope(in_plan(p)).0)
+            .as_dvec2();
         DVec3::new(-slope.x, 1.0, -slope.y).normalize()
     }
 
     fn ground(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
-        let Some(ground) = self.world.ground else { return Vec3::ZERO };
-        let at = plan(hit.position);
+        let Some(ground) = self.world.ground else {
+            return Vec3::ZERO;
+        };
+        let at = in_plan(hit.position);
         let (slope, _) = ground.slope(at);
         let above = -self.world.depth(hit.position) as f32;
         // The footprint stretches where the ground is seen at a slant.
@@ -268,14 +330,27 @@ impl Tracer<'_> {
         let open = self.world.openness.map_or(1.0, |o| o.sample(at.as_vec2()));
         // Where the smooth ground is in light but the flat facet turns from it, a shadow ray that starts on the facet
         // would draw the facets: it starts a little above.
-        let lift = self.world.hair.max(if self.world.openness.is_some() { 0.02 * ground.spacing() } else { 0.0 });
+        let lift = self.world.hair.max(if self.world.openness.is_some() {
+            0.02 * ground.spacing()
+        } else {
+            0.0
+        });
         self.lit(hit.position, hit.normal, normal, albedo, path.medium, open, lift)
     }
 
     /// Radiance of a matt surface. `open` is the share of the sky that it sees, `lift` how far above the surface shadow
     /// rays start.
     #[allow(clippy::too_many_arguments)]
-    fn lit(&mut self, p: DVec3, geometric: DVec3, normal: Vec3, albedo: Vec3, medium: Medium, open: f32, lift: f64) -> Vec3 {
+    fn lit(
+        &mut self,
+        p: DVec3,
+        geometric: DVec3,
+        normal: Vec3,
+        albedo: Vec3,
+        medium: Medium,
+        open: f32,
+        lift: f64,
+    ) -> Vec3 {
         let light = self.world.light;
         let origin = p + geometric * lift;
         match medium {
@@ -293,7 +368,8 @@ impl Tracer<'_> {
             Medium::Water => {
                 let volume = self.world.volume;
                 let depth = self.world.depth(p).max(0.0) as f32;
-                let sky = light.entering * light.sky.irradiance(Vec3::Y) * volume.diffuse_transmittance(depth);
+                let sky =
+                    light.entering * light.sky.irradiance(Vec3::Y) * volume.diffuse_transmittance(depth);
                 // What faces down or sideways sees the lit bottom as far as it does not see the surface.
                 let up = 0.5 * (1.0 + normal.y);
                 let mut irradiance = sky * (up + (1.0 - up) * albedo) * open;
@@ -327,7 +403,9 @@ impl Tracer<'_> {
         if self.shadowed(origin, direction, path) {
             return true;
         }
-        let Some(sun) = self.world.light.sun else { return false };
+        let Some(sun) = self.world.light.sun else {
+            return false;
+        };
         let out = origin + direction * path;
         self.shadowed(out, sun.sample(self.sun_point).as_dvec3(), f64::INFINITY)
     }
@@ -344,7 +422,10 @@ impl Tracer<'_> {
         let hair = self.world.hair;
         let spread = path.spread + (width / radius as f32).min(0.5);
         let next = |direction: Vec3, origin: DVec3, share: f32| Path {
-            ray: Ray { origin, direction: direction.as_dvec3().normalize() },
+            ray: Ray {
+                origin,
+                direction: direction.as_dvec3().normalize(),
+            },
             medium: Medium::Air,
             width,
             spread,
@@ -352,12 +433,16 @@ impl Tracer<'_> {
             weight: path.weight * share,
         };
         let mirrored = next(reflect(d, n), hit.position + hair * hit.normal, share);
-        let Some(inside) = refract(d, n, 1.0 / index) else { return self.radiance(mirrored) };
+        let Some(inside) = refract(d, n, 1.0 / index) else {
+            return self.radiance(mirrored);
+        };
         // The chord ends where it makes the same angle with the sphere as at its start.
         let chord = -2.0 * inside.as_dvec3().dot(hit.normal) * radius;
         let exit = hit.position + chord * inside.as_dvec3();
         let outwards = (exit - centre).normalize();
-        let Some(leaving) = refract(inside, -outwards.as_vec3(), index) else { return self.radiance(mirrored) };
+        let Some(leaving) = refract(inside, -outwards.as_vec3(), index) else {
+            return self.radiance(mirrored);
+        };
         let through = next(leaving, exit + hair * outwards, 1.0 - share);
         let left = self.world.volume.transmittance(chord as f32);
         if path.interfaces >= self.settings.interface_depth || share * path.weight < self.settings.cutoff {
@@ -371,12 +456,20 @@ impl Tracer<'_> {
 fn towards_ray(normal: Vec3, direction: Vec3) -> Vec3 {
     const LEAST: f32 = 1e-3;
     let along = normal.dot(direction);
-    if along > -LEAST { (normal - direction * (along + LEAST)).normalize() } else { normal }
+    if along > -LEAST {
+        (normal - direction * (along + LEAST)).normalize()
+    } else {
+        normal
+    }
 }
 
 /// A direction on the side of `normal`, tilted as far as needed.
 fn keep_side(direction: Vec3, normal: Vec3) -> Vec3 {
     const LEAST: f32 = 1e-4;
     let along = direction.dot(normal);
-    if along < LEAST { (direction + normal * (LEAST - along)).normalize() } else { direction }
+    if along < LEAST {
+        (direction + normal * (LEAST - along)).normalize()
+    } else {
+        direction
+    }
 }

@@ -71,7 +71,11 @@ impl Volume {
         let mut sum = Vec3::ZERO;
         for (irradiance, k) in self.sources {
             // A path may not climb out of the water on its way: depth stays positive, so the exponent does not grow.
-            let sinking = if distance.is_finite() { sinking.max(-depth / distance.max(1e-6)) } else { sinking.max(0.0) };
+            let sinking = if distance.is_finite() {
+                sinking.max(-depth / distance.max(1e-6))
+            } else {
+                sinking.max(0.0)
+            };
             let rate = self.extinction + k * sinking;
             let integral = Vec3::new(
                 saturating(rate.x, distance),
@@ -89,7 +93,11 @@ fn saturating(rate: f32, distance: f32) -> f32 {
     let x = rate * distance;
     if x.is_nan() || x.abs() < 1e-4 {
         // The series; 0 · ∞ means water that takes nothing away over an endless path, whose light is left out.
-        return if distance.is_finite() { distance * (1.0 - 0.5 * x) } else { 0.0 };
+        return if distance.is_finite() {
+            distance * (1.0 - 0.5 * x)
+        } else {
+            0.0
+        };
     }
     -(-x).exp_m1() / rate
 }
@@ -108,7 +116,12 @@ mod tests {
                 (Vec3::new(0.4, 0.6, 0.8), Vec3::new(0.36, 0.06, 0.012)),
             ],
         };
-        for (depth, sinking, distance) in [(0.0, 0.7, 12.0), (5.0, -0.4, 10.0), (3.0, 0.0, 40.0), (8.0, -0.8, 10.0)] {
+        for (depth, sinking, distance) in [
+            (0.0, 0.7, 12.0),
+            (5.0, -0.4, 10.0),
+            (3.0, 0.0, 40.0),
+            (8.0, -0.8, 10.0),
+        ] {
             let closed = volume.scattered(depth, sinking, distance).as_dvec3();
             let steps = 20_000;
             let mut sum = glam::DVec3::ZERO;
@@ -116,10 +129,14 @@ mod tests {
                 let s = (n as f32 + 0.5) / steps as f32 * distance;
                 for (e, k) in volume.sources {
                     let here = e * (-k * (depth + s * sinking)).exp() * (-volume.extinction * s).exp();
-                    sum += (here * volume.scattering / (4.0 * PI)).as_dvec3() * f64::from(distance) / f64::from(steps);
+                    sum += (here * volume.scattering / (4.0 * PI)).as_dvec3() * f64::from(distance)
+                        / f64::from(steps);
                 }
             }
-            assert!(((closed - sum) / sum).abs().max_element() < 1e-4, "{closed} {sum}");
+            assert!(
+                ((closed - sum) / sum).abs().max_element() < 1e-4,
+                "{closed} {sum}"
+            );
         }
         // An endless path downwards converges to a colour.
         let deep = volume.scattered(0.0, 1.0, f32::INFINITY);

@@ -22,12 +22,20 @@ pub(super) enum Medium {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum What {
     /// The water's surface or a glass side of it; the normal points into the air.
-    Water { glass: bool },
+    Water {
+        glass: bool,
+    },
     Ground,
     /// A side of a basin or the deck around it.
     Wall,
-    Object { shading: DVec3, color: Vec3 },
-    Droplet { centre: DVec3, radius: f64 },
+    Object {
+        shading: DVec3,
+        color: Vec3,
+    },
+    Droplet {
+        centre: DVec3,
+        radius: f64,
+    },
 }
 
 /// Where and what a ray meets.
@@ -60,24 +68,28 @@ pub(super) struct World<'a> {
     pub(super) hair: f64,
 }
 
-pub(super) fn plan(p: DVec3) -> DVec2 {
+pub(super) fn in_plan(p: DVec3) -> DVec2 {
     DVec2::new(p.x, p.z)
 }
 
 impl World<'_> {
     /// Height of the ground, −∞ where there is none.
     pub(super) fn ground_height(&self, p: DVec3) -> f64 {
-        self.ground.map_or(f64::NEG_INFINITY, |g| g.height(plan(p)))
+        self.ground.map_or(f64::NEG_INFINITY, |g| g.height(in_plan(p)))
     }
 
     /// Depth of a point below the water's surface, negative above it; whether there is water is not asked.
     pub(super) fn depth(&self, p: DVec3) -> f64 {
-        self.water.height(plan(p)) - p.y
+        self.water.height(in_plan(p)) - p.y
     }
 
     /// What is at a point that is in neither ground nor object.
     pub(super) fn medium(&self, p: DVec3) -> Medium {
-        if self.depth(p) > 0.0 && self.edges.within_glass(p) { Medium::Water } else { Medium::Air }
+        if self.depth(p) > 0.0 && self.edges.within_glass(p) {
+            Medium::Water
+        } else {
+            Medium::Air
+        }
     }
 
     /// What the ray meets first within `t_max`.
@@ -104,18 +116,34 @@ impl World<'_> {
         }
         if let Some(hit) = self.ground.and_then(|g| g.cast(ray, limit)) {
             let what = What::Ground;
-            take(Hit { t: hit.t, position: hit.position, normal: hit.normal, what }, &mut limit);
+            take(
+                Hit {
+                    t: hit.t,
+                    position: hit.position,
+                    normal: hit.normal,
+                    what,
+                },
+                &mut limit,
+            );
         }
         if let Some(hit) = self.water.cast(ray, limit)
             && self.edges.within_glass(hit.position)
         {
             let what = What::Water { glass: false };
-            take(Hit { t: hit.t, position: hit.position, normal: hit.normal, what }, &mut limit);
+            take(
+                Hit {
+                    t: hit.t,
+                    position: hit.position,
+                    normal: hit.normal,
+                    what,
+                },
+                &mut limit,
+            );
         }
         if self.edges.has_glass()
-            && let Some((t, normal)) = self.edges.cast_glass(ray, limit, |p| {
-                self.depth(p) > 0.0 && self.ground_height(p) < p.y
-            })
+            && let Some((t, normal)) = self
+                .edges
+                .cast_glass(ray, limit, |p| self.depth(p) > 0.0 && self.ground_height(p) < p.y)
         {
             take(solid(ray, t, normal, What::Water { glass: true }), &mut limit);
         }
@@ -124,7 +152,10 @@ impl World<'_> {
         {
             let position = ray.origin + t * ray.direction;
             let normal = (position - centre) / radius;
-            take(solid(ray, t, normal, What::Droplet { centre, radius }), &mut limit);
+            take(
+                solid(ray, t, normal, What::Droplet { centre, radius }),
+                &mut limit,
+            );
         }
         best
     }

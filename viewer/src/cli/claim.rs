@@ -1,61 +1,40 @@
-//! An output file that is claimed before the work, so that a path that cannot be written is found at once.
+//! Looks at output files before the work, so that a name that cannot be written is found at once.
 
 use super::failure::Failure;
-use std::fs::{self, OpenOptions};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::Path;
 
-/// A path that can be written. What the claim itself created is removed again unless it is kept.
-#[derive(Debug)]
-pub(crate) struct Claim {
-    path: PathBuf,
-    created: bool,
-}
-
-impl Claim {
-    /// Makes sure that `path` can be written, without changing a file that is there.
-    ///
-    /// # Errors
-    /// [`Failure::Run`] that names the path and what is in the way; [`Failure::Input`] if it is a folder.
-    pub(crate) fn new(path: &Path) -> Result<Self, Failure> {
-        not_a_directory(path)?;
-        let existed = path.exists();
-        OpenOptions::new()
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)
-            .map_err(|error| {
-                Failure::run(format_args!(
-                    "{}: cannot be written: {error}; choose another place with -o",
-                    path.display()
-                ))
-            })?;
-        Ok(Self {
-            path: path.to_owned(),
-            created: !existed,
-        })
-    }
-
-    /// The file is written and stays.
-    pub(crate) fn keep(mut self) {
-        self.created = false;
-    }
-}
-
-impl Drop for Claim {
-    fn drop(&mut self) {
-        if self.created {
-            // The file is empty or unfinished; that it cannot be removed changes nothing for the error under way.
-            let _ = fs::remove_file(&self.path);
-        }
-    }
+/// Refuses a file that cannot be written, or a new one in a folder that is missing or cannot be written. Nothing is
+/// changed or left behind.
+///
+/// # Errors
+/// [`Failure::Run`] that names the file and what is in the way; [`Failure::Input`] if the file is a directory.
+pub(crate) fn writable(output: &Path) -> Result<(), Failure> {
+    not_a_directory(output)?;
+    let folder = match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let probed = if output.exists() {
+        fs::OpenOptions::new().write(true).open(output).map(drop)
+    } else {
+        tempfile::tempfile_in(folder).map(drop)
+    };
+    probed.map_err(|error| {
+        Failure::run(format_args!(
+            "{}: cannot be written: {}; create the folder, or choose another place with -o",
+            output.display(),
+            // A probe names itself in its errors.
+            error.raw_os_error().map_or(error, std::io::Error::from_raw_os_error)
+        ))
+    })
 }
 
 /// Refuses a directory as the name of an output file.
 ///
 /// # Errors
 /// [`Failure::Input`] that names it.
-pub(crate) fn not_a_directory(output: &Path) -> Result<(), Failure> {
+fn not_a_directory(output: &Path) -> Result<(), Failure> {
     if output.is_dir() {
         return Err(Failure::input(format_args!(
             "{}: is a directory; name a file to write with -o",

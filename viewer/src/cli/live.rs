@@ -37,15 +37,16 @@ pub(crate) fn renderer(name: &str) -> Result<Box<dyn Renderer>, Failure> {
 pub(crate) struct ChannelChoice {
     pub(crate) name: &'static str,
     pub(crate) channel: Channels,
-    pub(crate) wanted: bool,
+    /// Whether the scene names it.
+    pub(crate) named: bool,
     pub(crate) active: bool,
     pub(crate) reason: String,
 }
 
 impl ChannelChoice {
-    /// Whether it was asked for and cannot be had.
+    /// Whether the scene names it and it cannot be had.
     pub(crate) fn refused(&self) -> bool {
-        self.wanted && !self.active
+        self.named && !self.active
     }
 }
 
@@ -71,7 +72,7 @@ pub(crate) fn choose_channels(scene: &Scene, offers: Channels, renderer: &dyn Re
         ChannelChoice {
             name,
             channel,
-            wanted,
+            named: wanted && named.is_some(),
             active,
             reason,
         }

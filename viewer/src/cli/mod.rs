@@ -26,7 +26,6 @@ mod progress;
 mod record;
 mod render;
 mod study;
-mod video;
 mod view;
 mod volume;
 

@@ -1,10 +1,9 @@
 //! Picture files: PNG and EXR one a frame, GIF and MP4 one for all.
 
-use super::claim::Claim;
-use super::failure::{Classify as _, Failure};
-use super::video::Video;
+use super::failure::Failure;
 use glam::UVec2;
-use meniscus_render_cpu::output::{self, GifWriter};
+use meniscus_render_cpu::output::{self, GifWriter, Mp4Writer, OutputError};
+use meniscus_render_cpu::tonemap::ToneMap;
 use meniscus_sim::render::Image;
 use std::path::{Path, PathBuf};
 
@@ -58,50 +57,47 @@ pub(crate) struct PictureFormat {
     pub(crate) exposure: f32,
 }
 
-/// Where pictures go, one after the other.
+/// Where pictures go, one after the other. Every file appears under its name when it is whole.
 pub(crate) struct Pictures {
     out: PathBuf,
-    format: PictureFormat,
+    kind: PictureKind,
+    map: ToneMap,
     /// Largest frame number, where every picture gets a file with its number in the name.
     numbered: Option<u64>,
-    sink: Sink,
+    animation: Option<Animation>,
+    written: usize,
 }
 
-enum Sink {
-    /// A file a picture; the first is claimed before anything is drawn.
-    Files(Option<Claim>),
-    Gif(GifWriter, Claim),
-    Video(Video, Claim),
+enum Animation {
+    Gif(Box<GifWriter>),
+    Mp4(Mp4Writer),
 }
 
 impl Pictures {
-    /// Claims the output. `numbered` gives the first and the last frame where there is a file for each.
+    /// Begins the output. `last` is the largest frame number where stills get their numbers into their names.
     ///
     /// # Errors
-    /// [`Failure`] if the output cannot be written or ffmpeg is missing.
-    pub(crate) fn create(out: &Path, format: PictureFormat, numbered: Option<(u64, u64)>) -> Result<Self, Failure> {
-        let sink = match format.kind {
-            PictureKind::Png | PictureKind::Exr => {
-                let first = match numbered {
-                    Some((first, last)) => numbered_name(out, first, last),
-                    None => out.to_owned(),
-                };
-                Sink::Files(Some(Claim::new(&first)?))
-            }
+    /// [`Failure::Run`] if it cannot be written, or if ffmpeg is needed and missing; [`Failure::Input`] if the format
+    /// cannot hold such a size or rate.
+    pub(crate) fn create(out: &Path, format: PictureFormat, last: Option<u64>) -> Result<Self, Failure> {
+        let animation = match format.kind {
+            PictureKind::Png | PictureKind::Exr => None,
             PictureKind::Gif => {
-                let claim = Claim::new(out)?;
-                Sink::Gif(GifWriter::create(out, format.size, format.rate).or_run()?, claim)
+                let writer = GifWriter::create(out, format.size, format.rate).map_err(classify)?;
+                Some(Animation::Gif(Box::new(writer)))
             }
             PictureKind::Mp4 => {
-                let claim = Claim::new(out)?;
-                Sink::Video(Video::start(out, format.size, format.rate)?, claim)
+                let writer = Mp4Writer::create(out, format.size, format.rate).map_err(classify)?;
+                Some(Animation::Mp4(writer))
             }
         };
         Ok(Self {
             out: out.to_owned(),
-            format,
-            numbered: numbered.map(|(_, last)| last),
-            sink,
+            kind: format.kind,
+            map: ToneMap::new(format.exposure),
+            numbered: last,
+            animation,
+            written: 0,
         })
     }
 
@@ -110,47 +106,43 @@ impl Pictures {
     /// # Errors
     /// [`Failure::Run`]
     pub(crate) fn write(&mut self, image: &Image, index: u64) -> Result<PathBuf, Failure> {
-        let path = match self.numbered {
-            Some(last) if !self.format.kind.is_animation() => numbered_name(&self.out, index, last),
+        let path = match (&self.animation, self.numbered) {
+            (None, Some(last)) => numbered_name(&self.out, index, last),
             _ => self.out.clone(),
         };
-        match &mut self.sink {
-            Sink::Files(claim) => {
-                match self.format.kind {
-                    PictureKind::Exr => output::write_exr(&path, image),
-                    _ => output::write_png(&path, image, self.format.exposure),
-                }
-                .or_run()?;
-                if let Some(claim) = claim.take() {
-                    claim.keep();
-                }
-            }
-            Sink::Gif(gif, _) => gif.push(image, self.format.exposure).or_run()?,
-            Sink::Video(video, _) => video.push(image, self.format.exposure)?,
+        match &mut self.animation {
+            Some(Animation::Gif(gif)) => gif.push(image, &self.map),
+            Some(Animation::Mp4(mp4)) => mp4.push(image, &self.map),
+            None if self.kind == PictureKind::Exr => output::write_exr(&path, image, &[]),
+            None => output::write_png(&path, image, &self.map),
         }
+        .map_err(classify)?;
+        self.written += 1;
         Ok(path)
     }
 
-    /// Closes the file of an animation. One without any picture is removed.
+    /// Closes the file of an animation. One without any picture never appears.
     ///
     /// # Errors
     /// [`Failure::Run`]
-    pub(crate) fn finish(self, written: usize) -> Result<(), Failure> {
-        let claim = match self.sink {
-            Sink::Files(_) => return Ok(()),
-            Sink::Gif(gif, claim) => {
-                gif.finish().or_run()?;
-                claim
-            }
-            Sink::Video(video, claim) => {
-                video.finish()?;
-                claim
-            }
-        };
-        if written > 0 {
-            claim.keep();
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        if self.written == 0 {
+            return Ok(());
         }
-        Ok(())
+        match self.animation {
+            Some(Animation::Gif(gif)) => gif.finish(),
+            Some(Animation::Mp4(mp4)) => mp4.finish(),
+            None => Ok(()),
+        }
+        .map_err(classify)
+    }
+}
+
+/// A size or rate that a format cannot hold is wrong input; all else went wrong on the way.
+fn classify(error: OutputError) -> Failure {
+    match error {
+        OutputError::Size { .. } | OutputError::Rate { .. } => Failure::Input(error.into()),
+        _ => Failure::Run(error.into()),
     }
 }
 

@@ -25,7 +25,7 @@ pub(super) const ABOUT: &str = "Run a scene and record its frames.\n\nRecorded a
 #[command(
     after_help = "Examples:\n  \
         meniscus record data/scenes/ripple-tank.toml -o run.mrec\n  \
-        meniscus record data/scenes/ripple-tank.toml --duration 5 --set solver.spacing=0.03125 -o fine.mrec"
+        meniscus record data/scenes/ripple-tank.toml --set solver.spacing=0.03125 -o fine.mrec"
 )]
 pub struct RecordArgs {
     /// The scene
@@ -35,7 +35,7 @@ pub struct RecordArgs {
     #[arg(short, long = "out", value_name = "RUN.mrec")]
     pub out: PathBuf,
     /// Seconds to simulate, in place of the scene's `duration`
-    #[arg(long, value_name = "S", value_parser = time)]
+    #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Print the summary as one JSON object
     #[arg(long)]
@@ -82,7 +82,7 @@ pub(super) fn run(args: &RecordArgs, console: &Console) -> Result<(), Failure> {
     let mut overrides = args.scene.overrides.set.clone();
     // As an override, so that the recording's header tells the duration that was run.
     overrides.extend(args.duration.map(|seconds| format!("duration={seconds:?}")));
-    claim::not_a_directory(&args.out)?;
+    claim::writable(&args.out)?;
     claim::differs(&args.out, &args.scene.scene)?;
     let scene = input::scene(&args.scene.scene, &overrides)?;
     let recorded = record_scene(&scene, &args.out, console, interrupt)?;

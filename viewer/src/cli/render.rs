@@ -33,7 +33,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
     after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
-        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 --camera corner -o tank.exr"
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr"
 )]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
@@ -43,7 +43,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub overrides: Overrides,
     /// Draw the frame nearest to this time in seconds
-    #[arg(long, value_name = "T", value_parser = time, conflicts_with = "frames")]
+    #[arg(long, value_name = "T", value_parser = time, allow_negative_numbers = true, conflicts_with = "frames")]
     pub at: Option<f64>,
     /// Draw these frames: 12, 10..20 (20 left out), 10..=20, 10.. or ..20
     #[arg(long, value_name = "A..B")]
@@ -108,7 +108,7 @@ pub(super) fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
     let interrupt = Interrupt::install()?;
     let kind = PictureKind::of(&args.out)?;
     let renderer = live::renderer(&args.renderer)?;
-    claim::not_a_directory(&args.out)?;
+    claim::writable(&args.out)?;
     claim::differs(&args.out, &args.input)?;
     let input = Input::open(&args.input, &args.overrides.set, console)?;
     let mut job = Job::new(args, kind, input, renderer)?;
@@ -181,9 +181,8 @@ impl<'a> Job<'a> {
                 self.renderer.name()
             ));
         }
-        let Range { start, end } = self.wanted;
-        let numbered = self.args.frames.is_some().then_some((start, end - 1));
-        let mut pictures = Pictures::create(&self.args.out, self.format, numbered)?;
+        let last = self.args.frames.is_some().then_some(self.wanted.end - 1);
+        let mut pictures = Pictures::create(&self.args.out, self.format, last)?;
         let stopwatch = Stopwatch::start();
         let mut rendered = Rendered {
             input: self.args.input.clone(),
@@ -197,9 +196,15 @@ impl<'a> Job<'a> {
         };
         let outcome = self.draw_all(&mut pictures, &mut rendered, console, interrupt);
         // Also after a failure: an animation holds what was drawn by then.
-        let finished = pictures.finish(rendered.pictures.len());
+        let finished = pictures.finish();
         outcome?;
         finished?;
+        if rendered.pictures.is_empty() {
+            return Err(Failure::input(format_args!(
+                "{}: every frame asked for is damaged; choose others with --frames",
+                self.args.input.display()
+            )));
+        }
         rendered.cost = stopwatch.cost();
         Ok(rendered)
     }
@@ -279,7 +284,7 @@ impl Rendered {
         let [width, height] = self.size;
         let frame = |drawn: &Drawn| format!("frame {} at {:.3} s", drawn.frame, drawn.time);
         let what = match self.pictures.as_slice() {
-            [] => return "no picture: every frame asked for is damaged".to_owned(),
+            [] => return "no picture".to_owned(),
             [only] => format!("{}: {}", only.file.display(), frame(only)),
             [first, .., last] => {
                 let count = self.pictures.len();

@@ -1,6 +1,6 @@
 //! Wrong input of every command: the message says what, where and what would be right, and the exit code is 2.
 
-use crate::support::{Folder, SCENE, npy};
+use crate::support::{Folder, SCENE, crc32, npy};
 
 /// The commands that read a scene, each with what it needs besides.
 const SCENE_COMMANDS: [&[&str]; 4] = [
@@ -87,7 +87,6 @@ fn text_is_not_a_recording_and_a_recording_is_not_a_scene() {
     let folder = Folder::with_recording();
     folder.write("notes.mrec", "Dear diary, the waves were high today.\n");
     every_recording_command_refuses(&folder, "notes.mrec", &["notes.mrec", "not a recording"]);
-    every_recording_command_refuses(&folder, "notes.txt", &["notes.txt"]);
     std::fs::copy(folder.path("run.mrec"), folder.path("run.toml")).unwrap();
     every_scene_command_refuses(&folder, "run.toml", &["run.toml"]);
 }
@@ -96,9 +95,11 @@ fn text_is_not_a_recording_and_a_recording_is_not_a_scene() {
 fn recordings_of_a_newer_version_are_refused() {
     let folder = Folder::with_recording();
     let mut bytes = folder.read("run.mrec");
-    // The version follows the eight bytes of magic, docs/recording-format.md.
+    // Magic, version, flags and their checksum, docs/recording-format.md.
     assert_eq!(bytes[8..12], 1_u32.to_le_bytes());
     bytes[8..12].copy_from_slice(&99_u32.to_le_bytes());
+    let crc = crc32(&bytes[..16]);
+    bytes[16..20].copy_from_slice(&crc.to_le_bytes());
     folder.write("newer.mrec", bytes);
     every_recording_command_refuses(&folder, "newer.mrec", &["newer.mrec", "99", "newer"]);
 }

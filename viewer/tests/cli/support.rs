@@ -148,15 +148,18 @@ impl Ended {
         self
     }
 
-    /// Asserts that standard error holds every one of `parts` in one line that begins with `error: `.
+    /// Asserts that standard error holds every one of `parts` in one error: a line that begins with `error: `, or what
+    /// the parser of the command line writes below one.
     #[track_caller]
     pub fn error_says(&self, parts: &[&str]) -> &Self {
-        let found = self
-            .stderr
-            .lines()
-            .filter(|line| line.starts_with("error: "))
-            .any(|line| parts.iter().all(|part| line.contains(part)));
-        assert!(found, "no error line with {parts:?}\n{}", self.transcript());
+        let says = |error: &str| parts.iter().all(|part| error.contains(part));
+        let mut errors = self.stderr.lines().filter(|line| line.starts_with("error: "));
+        let found = if self.stderr.contains("For more information, try '--help'.") {
+            self.stderr.starts_with("error: ") && says(&self.stderr)
+        } else {
+            errors.any(says)
+        };
+        assert!(found, "no error with {parts:?}\n{}", self.transcript());
         self
     }
 
@@ -213,6 +216,12 @@ pub fn end(mut child: Child) -> Ended {
         stdout: String::from_utf8(output.stdout).unwrap(),
         stderr: String::from_utf8(output.stderr).unwrap(),
     }
+}
+
+/// CRC-32 as in ZIP and PNG, bit by bit.
+pub fn crc32(bytes: &[u8]) -> u32 {
+    let shift = |crc: u32| (crc >> 1) ^ (0xedb8_8320 * (crc & 1));
+    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc)))
 }
 
 /// A `.npy` file of little-endian `f32` values.
