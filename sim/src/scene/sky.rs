@@ -9,8 +9,6 @@ use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 2 << 30;
-/// Share of a picture's mean by which a pixel may be below 0.
-const MOST_NEGATIVE: f64 = 0.25;
 
 /// Why a sky picture cannot be used.
 #[derive(Debug)]
@@ -32,7 +30,7 @@ pub enum SkyError {
         /// Width and height in pixels.
         size: UVec2,
     },
-    /// A pixel is NaN, infinite or negative.
+    /// A pixel is NaN or infinite.
     Pixel {
         /// The file.
         file: PathBuf,
@@ -68,7 +66,7 @@ impl Fault for SkyError {
             Self::Read(e) => e.remedy(),
             Self::Decode { .. } => "save the sky as an OpenEXR picture with channels R, G, B".into(),
             Self::Shape { .. } => "use an equirectangular picture, from zenith to nadir".into(),
-            Self::Pixel { .. } => "give every pixel a finite radiance of 0 or more".into(),
+            Self::Pixel { .. } => "give every pixel a finite radiance".into(),
         }
     }
 
@@ -93,9 +91,8 @@ impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
 
-    /// Reads an equirectangular OpenEXR picture. Slightly negative radiance, which the resampling of pictures leaves
-    /// behind, becomes 0, with a warning in the log; more than a quarter of the picture's mean is refused, as NaN and
-    /// infinity are.
+    /// Reads an equirectangular OpenEXR picture. Negative components, which real pictures have, become 0, with a note
+    /// in the log; NaN and infinity are refused.
     ///
     /// # Errors
     /// [`SkyError`]
@@ -118,17 +115,7 @@ impl Panorama {
             return Err(SkyError::Shape { file: file(), size });
         }
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
-        // Resampling leaves dark rings about the sun that reach below 0, by little beside the sky's mean.
-        let mean = pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>() / (3 * pixels.len()) as f64;
-        let lowest = if mean.is_finite() {
-            (-MOST_NEGATIVE * mean) as f32
-        } else {
-            0.0
-        };
-        if let Some(k) = pixels
-            .iter()
-            .position(|p| !(p.is_finite() && p.min_element() >= lowest))
-        {
+        if let Some(k) = pixels.iter().position(|p| !p.is_finite()) {
             let at = UVec2::new(k as u32 % size.x, k as u32 / size.x);
             return Err(SkyError::Pixel {
                 file: file(),
@@ -136,10 +123,12 @@ impl Panorama {
                 value: pixels[k],
             });
         }
+        // Resampling leaves dark rings about the sun, and a change of primaries colours that they cannot mix: nearly
+        // every real sky has components below 0.
         let negative = pixels.iter().filter(|p| p.min_element() < 0.0).count();
         if negative > 0 {
-            tracing::warn!(
-                "{}: {negative} pixels with slightly negative radiance were set to 0",
+            tracing::info!(
+                "{}: {negative} pixels had negative components, which were set to 0",
                 path.display()
             );
             pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
@@ -195,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_light_is_refused_and_a_little_less_than_none_is_none() {
+    fn what_is_no_number_is_refused_and_less_than_no_light_is_none() {
         let message = |value: f32| {
             let (_dir, path) = save("s.exr", 8, 4, |x, y| {
                 if (x, y) == (5, 2) {
@@ -210,7 +199,7 @@ mod tests {
         };
         assert_eq!(message(2.5), Ok(2.5));
         assert_eq!(message(-0.01), Ok(0.0));
-        for bad in [f32::NAN, f32::INFINITY, -0.5] {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert!(
                 message(bad)
                     .unwrap_err()
