@@ -22,11 +22,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
+mod blocks;
 mod brute;
 #[cfg(feature = "bvh")]
 mod bvh;
 mod column;
+mod filter;
 mod heightfield;
+mod samples;
 mod surface;
 mod walk;
 
