@@ -96,3 +96,55 @@ fn both_schemes_converge_to_standing_waves_at_second_order() {
         }
     }
 }
+
+#[test]
+fn probe_drift() {
+    for (scheme, courant) in [("explicit", 0.5), ("implicit", 3.0)] {
+        for kind in [2, 3] {
+            let n = 64;
+            let spec = grid(n, n, 0.25);
+            let c = 2.0;
+            let limit = 0.25 / c / 2.0_f64.sqrt();
+            let keys = format!(
+                "speed = {c}\nscheme = \"{scheme}\"\nstep = {}\n{}",
+                courant * limit,
+                if kind == 3 { PERIODIC } else { "" }
+            );
+            let s = scene(spec, &keys, |i, j| match kind {
+                0 => (PI * (i as f64 + 0.5) / f64::from(n)).cos() as f32 * 0.01,
+                1 => 0.3 + (PI * (i as f64 + 0.5) / f64::from(n)).cos() as f32 * 0.01,
+                _ => {
+                    let d2 = (i as f32 - 20.3).powi(2) + (j as f32 - 30.1).powi(2);
+                    (-d2 / 30.0).exp()
+                }
+            });
+            let mut solver = solver(&s);
+            let v0 = solver.volume();
+            let size: f64 = solver
+                .deviation()
+                .iter()
+                .map(|&e| f64::from(e.abs()))
+                .sum::<f64>()
+                * spec.cell_area();
+            print!("{scheme} {kind}");
+            for k in 0..1000 {
+                solver.advance((100.0 * courant * limit) as f32).unwrap();
+                if [0, 2, 9, 30, 99, 299, 999].contains(&k) {
+                    let now: f64 = solver
+                        .deviation()
+                        .iter()
+                        .map(|&e| f64::from(e.abs()))
+                        .sum::<f64>()
+                        * spec.cell_area();
+                    print!(
+                        "  {}: {:.1e} ({:.2})",
+                        (k + 1) * 100,
+                        (solver.volume() - v0) / size,
+                        now / size
+                    );
+                }
+            }
+            println!();
+        }
+    }
+}

@@ -5,6 +5,7 @@
 //! axis, with the block columns side by side: eight block columns are tested at once.
 
 use super::surface::{Patch, Surface};
+use meniscus_sim::Grid;
 use rayon::prelude::*;
 
 /// Cells along a side of a block.
@@ -50,9 +51,9 @@ struct Maxima {
 }
 
 impl Blocks {
-    /// Takes the samples of `surface` and sets its extremes. Returns whether all samples are finite; if not, the bounds are
+    /// Measures the samples and sets the surface's extremes. Returns whether all samples are finite; if not, the bounds are
     /// unspecified. Allocates nothing if the size is unchanged.
-    pub(crate) fn rebuild(&mut self, surface: &mut Surface) -> bool {
+    pub(crate) fn rebuild(&mut self, elevation: &Grid<f32>, surface: &mut Surface) -> bool {
         let (nx, nz) = (
             surface.cells_x().div_ceil(BLOCK),
             surface.cells_z().div_ceil(BLOCK),
@@ -62,14 +63,14 @@ impl Blocks {
         self.single.resize(nx * nz, [0.0; 4]);
         self.scratch.resize_with(nz, Maxima::default);
         if nx == 0 || nz == 0 {
-            return surface.heights().iter().all(|h| h.is_finite());
+            return elevation.find_non_finite().is_none();
         }
-        let samples: &Surface = surface;
+        let patch = surface.patch;
         self.single
             .par_chunks_exact_mut(nx)
             .zip(&mut self.scratch)
             .enumerate()
-            .for_each(|(row, (blocks, maxima))| maxima.measure(samples, row, blocks));
+            .for_each(|(row, (blocks, maxima))| maxima.measure(elevation, patch, row, blocks));
 
         // A maximum is exact, so its order does not matter.
         let [high, deep, _, step] = self.single.iter().fold([f32::NEG_INFINITY; 4], |acc, block| {
@@ -192,9 +193,9 @@ impl Maxima {
     /// The bulge: along a walk through one cell of twist `T = h00 − h10 − h01 + h11`, a bilinear surface leaves its chord by
     /// at most ¼ |T|, and where the walk crosses a row of samples by at most ¼ of the second difference across that row
     /// more. Two triangles leave the bilinear patch by at most another ¼ |T|.
-    fn measure(&mut self, surface: &Surface, row: usize, blocks: &mut [[f32; 4]]) {
-        let (width, depth) = (surface.width(), surface.cells_z() + 1);
-        let line = |j: usize| &surface.heights()[j * width..(j + 1) * width];
+    fn measure(&mut self, elevation: &Grid<f32>, patch: Patch, row: usize, blocks: &mut [[f32; 4]]) {
+        let (width, depth) = (elevation.spec().width(), elevation.spec().height());
+        let line = |j: usize| elevation.row(j);
         for (values, start) in [
             (&mut self.high, f32::NEG_INFINITY),
             (&mut self.deep, f32::NEG_INFINITY),
@@ -217,7 +218,7 @@ impl Maxima {
             }
         }
 
-        let share_of_twist = match surface.patch {
+        let share_of_twist = match patch {
             Patch::Bilinear => 0.25,
             Patch::Triangles => 0.5,
         };

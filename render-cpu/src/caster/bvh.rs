@@ -40,12 +40,7 @@ impl TriangleBvh {
 
     fn corner(&self, i: usize, j: usize) -> Vec3A {
         let spacing = self.surface.spacing();
-        let y = self
-            .surface
-            .heights()
-            .get(j * self.surface.width() + i)
-            .copied()
-            .unwrap_or(0.0);
+        let y = self.surface.sample(i, j) as f32;
         Vec3A::new((i as f64 * spacing) as f32, y, (j as f64 * spacing) as f32)
     }
 }
@@ -58,7 +53,7 @@ impl Caster for TriangleBvh {
     fn rebuild(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         self.bvh = None;
         self.surface.copy_from(elevation)?;
-        self.surface.measure()?;
+        self.surface.measure(elevation)?;
         let mut triangles = Vec::with_capacity(2 * self.surface.cells_x() * self.surface.cells_z());
         for j in 0..self.surface.cells_z() {
             for i in 0..self.surface.cells_x() {

@@ -101,8 +101,7 @@ impl Strip {
         let y = (self.p + self.q * line as f64) as f32;
         let row = row as i32;
         let last_row = layout.minor_cells as i32 - 1;
-        let last_line = layout.major_cells as i32;
-        let (along, across) = (layout.along as i32, layout.across as i32);
+        let (along, across) = (layout.along, layout.across);
 
         // The block rows that the ray passes: the lower one stands for the pair.
         let lowest = row
@@ -115,16 +114,20 @@ impl Strip {
             .copied();
         let bulge = bulge.unwrap_or(f32::INFINITY);
 
-        let heights = layout.heights;
-        let pairs = heights.len() - layout.across;
-        let (near, far) = (&heights[..pairs], &heights[layout.across..][..pairs]);
         // Eight lines at once, and the ninth by itself.
         let z = lanes * m + start;
         let rows = (z.floor().to_int::<i32x8<S>>() + row).max(0).min(last_row);
         let share = z - (rows - row).to_float::<f32x8<S>>();
-        let at = rows * across + (ordinals + line as i32).min(last_line) * along;
-        let at: [i32; BLOCK] = at.into();
-        let (Some(a), Some(b)) = (gather(simd, near, at), gather(simd, far, at)) else {
+        let first = along.place(line) as i32;
+        // A block's lines stand in two tiles.
+        let lines = (ordinals & 3) * along.fine + (ordinals >> 2) * along.coarse + first;
+        let at = (rows >> 2) * across.coarse + (rows & 3) * across.fine + lines;
+        let next = rows + 1;
+        let at_next = (next >> 2) * across.coarse + (next & 3) * across.fine + lines;
+        let (Some(a), Some(b)) = (
+            gather(simd, layout.samples, at.into()),
+            gather(simd, layout.samples, at_next.into()),
+        ) else {
             return ALL;
         };
         let f = (lanes * q + y) - (a + (b - a) * share) * self.mirror;
@@ -133,8 +136,13 @@ impl Strip {
         let z = start + m * BLOCK as f32;
         let r = row.wrapping_add(z.floor() as i32).max(0).min(last_row);
         let share = z - r.wrapping_sub(row) as f32;
-        let at = (r * across + (line as i32 + BLOCK as i32).min(last_line) * along) as usize;
-        let (Some(&a), Some(&b)) = (near.get(at), far.get(at)) else {
+        let ninth = (first + 2 * along.coarse) as usize;
+        let r = r as usize;
+        let (a, b) = (
+            layout.samples.get(ninth + across.place(r)),
+            layout.samples.get(ninth + across.place(r + 1)),
+        );
+        let (Some(&a), Some(&b)) = (a, b) else {
             return ALL;
         };
         let f = (y + q * BLOCK as f32) - self.mirror * (a + (b - a) * share);

@@ -48,10 +48,10 @@ impl Heightfield {
     /// See [`Self::build`]. After an error no ray hits this heightfield until it is rebuilt.
     pub fn rebuild(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         self.surface.copy_from(elevation)?;
-        if self.blocks.rebuild(&mut self.surface) {
+        if self.blocks.rebuild(elevation, &mut self.surface) {
             Ok(())
         } else {
-            Err(self.surface.refuse())
+            Err(self.surface.refuse(elevation))
         }
     }
 

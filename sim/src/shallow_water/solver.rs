@@ -4,7 +4,7 @@ use super::actions;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
 use super::real::Real;
-use super::settings::{BuildError, Initial, Precision, Settings};
+use super::settings::{SetupError, Initial, Precision, Settings};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
 use crate::events::{Action, EventError};
@@ -59,8 +59,8 @@ impl ShallowWater {
     /// A solver for a state at time 0.
     ///
     /// # Errors
-    /// [`BuildError`] if a parameter or value is out of range, or the grid has fewer than 3 samples along an axis.
-    pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, BuildError> {
+    /// [`SetupError`] if a parameter or value is out of range, or the grid has fewer than 3 samples along an axis.
+    pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, SetupError> {
         settings.check()?;
         initial.check(&spec)?;
         let ground = Grid::from_vec(spec, initial.ground.iter().map(|&z| z as f32).collect())?;
@@ -188,7 +188,7 @@ fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: 
     let start = storage::quantise::<T>(layout, initial, spacing);
     let base = start.base;
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    let core = FiniteVolume::new(layout, spacing, settings.boundary.clone(), start, film, settings.manning);
+    let core = FiniteVolume::new(layout, spacing, settings.edges.clone(), start, film, settings.manning);
     (core, base)
 }
 
@@ -228,7 +228,7 @@ impl Solver for ShallowWater {
         let mut largest = 0.0_f64;
         let mut speed = match self.speed {
             Some(speed) => speed,
-            None => each!(&mut self.core, c => c.probe()),
+            None => each!(&mut self.core, c => c.probe(start)),
         };
         let mut retries = 0;
         while done < dt {
@@ -244,7 +244,7 @@ impl Solver for ShallowWater {
                 });
             }
             let step = left / needed;
-            match each!(&mut self.core, c => c.try_step(step, TOLERATED * courant)) {
+            match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
