@@ -24,7 +24,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
     written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
     recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
     (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
-    frame's number: `wave.png` becomes `wave-0012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
+    frame's number: `wave.png` becomes `wave_000012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
     the finished ones.";
 
 /// Arguments of `meniscus render`.
@@ -191,8 +191,7 @@ impl<'a> Job<'a> {
                 self.renderer.name()
             ));
         }
-        let last = self.args.frames.is_some().then_some(self.wanted.end - 1);
-        let mut pictures = Pictures::create(&self.args.out, self.format, last)?;
+        let mut pictures = Pictures::create(&self.args.out, self.format, self.args.frames.is_some())?;
         let stopwatch = Stopwatch::start();
         let mut rendered = Rendered {
             input: self.args.input.clone(),
