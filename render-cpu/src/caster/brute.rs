@@ -122,7 +122,7 @@ impl Caster for BruteForce {
 
     fn rebuild(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         self.surface.copy_from(elevation)?;
-        self.surface.measure()
+        self.surface.measure(elevation)
     }
 
     /// As `Heightfield::cast`, save that a root where the ray starts counts.

@@ -5,15 +5,18 @@
 //! computed from the two samples of the edge alone. Both cells at an edge therefore see the same value, and a ray cannot
 //! slip between them.
 
-use super::surface::{Patch, Surface, lerp};
-use super::walk::Walk;
+use super::surface::{Layout, Patch, Surface, lerp};
+use super::walk::{Walk, cell};
+use super::{Hit, Ray};
+use glam::DVec3;
 
 /// Which side of the surface a ray is on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Side {
     Above,
     Below,
     /// On it to within rounding; the side is where the ray leaves it to.
+    #[default]
     On,
 }
 
@@ -26,43 +29,81 @@ pub(crate) struct Crossing {
     pub(crate) minor: usize,
 }
 
+impl Crossing {
+    /// What a caller is told.
+    #[inline(always)]
+    pub(crate) fn hit(&self, surface: &Surface, ray: &Ray, walk: &Walk) -> Hit {
+        let u = walk.major.at(self.t) - self.major as f64;
+        let v = walk.minor.at(self.t) - self.minor as f64;
+        let (i, j, u, v) = if walk.major_is_x {
+            (self.major, self.minor, u, v)
+        } else {
+            (self.minor, self.major, v, u)
+        };
+        let point = ray.at(self.t);
+        Hit {
+            t: self.t,
+            position: DVec3::new(point.x, surface.height(i, j, u, v), point.z),
+            normal: surface.normal(i, j, u, v),
+            cell: (i as u32, j as u32),
+        }
+    }
+}
+
 /// The exact solver for the columns of one walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Columns<'a> {
-    surface: &'a Surface,
+    layout: Layout<'a>,
     walk: &'a Walk,
     pub(crate) side: Side,
 }
 
+/// A place on the ray and its height above the surface there.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    t: f64,
+    f: f64,
+}
+
 impl<'a> Columns<'a> {
+    /// For a walk that is known to be on `side`.
+    #[inline(always)]
+    pub(crate) fn on_side(layout: Layout<'a>, walk: &'a Walk, side: Side) -> Self {
+        Self { layout, walk, side }
+    }
+
     /// Finds out on which side the walk starts.
-    pub(crate) fn new(surface: &'a Surface, walk: &'a Walk) -> Self {
+    #[inline(always)]
+    pub(crate) fn new(layout: Layout<'a>, walk: &'a Walk) -> Self {
         let mut columns = Self {
-            surface,
+            layout,
             walk,
-            side: Side::On,
+            side: walk.enters,
         };
-        let minor = walk.minor.cell(walk.minor.at(walk.start));
-        let above = columns.inside(walk.first, minor, walk.start);
-        if above > walk.rounding {
-            columns.side = Side::Above;
-        } else if above < -walk.rounding {
-            columns.side = Side::Below;
+        if columns.side == Side::On {
+            let minor = cell(walk.minor.at(walk.start), layout.minor_cells);
+            let above = columns.inside(walk.first as usize, minor, walk.start);
+            if above > walk.rounding {
+                columns.side = Side::Above;
+            } else if above < -walk.rounding {
+                columns.side = Side::Below;
+            }
         }
         columns
     }
 
     /// The first crossing in the column `major`. Columns must be asked in the order of travel; those that certainly
     /// hold no crossing may be left out once the side is known.
+    #[inline(always)]
     pub(crate) fn crossing(&mut self, major: usize) -> Option<Crossing> {
         let walk = self.walk;
-        let (near, far) = if walk.major.step >= 0.0 {
-            (major, major + 1)
-        } else {
-            (major + 1, major)
+        let forward = usize::from(walk.forward());
+        let (near, far) = (major + 1 - forward, major + forward);
+        let (is_first, is_last) = (major == walk.first as usize, major == walk.last as usize);
+        let within = |t: f64| {
+            let t = if t > walk.start { t } else { walk.start };
+            if t < walk.end { t } else { walk.end }
         };
-        let (is_first, is_last) = (major == walk.first, major == walk.last);
-        let within = |t: f64| t.max(walk.start).min(walk.end);
         let t_near = if is_first {
             walk.start
         } else {
@@ -73,15 +114,15 @@ impl<'a> Columns<'a> {
         } else {
             within(walk.major.time(far))
         };
-        let row_near = walk.minor.cell(walk.minor.at(t_near));
-        let row_far = walk.minor.cell(walk.minor.at(t_far));
+        let row_near = cell(walk.minor.at(t_near), self.layout.minor_cells);
+        let row_far = cell(walk.minor.at(t_far), self.layout.minor_cells);
 
-        let mut t = t_near;
-        let mut f = if is_first {
-            self.inside(major, row_near, t)
+        let f = if is_first {
+            self.inside(major, row_near, t_near)
         } else {
-            self.on_line(near, row_near, t)
+            self.on_line(near, row_near, t_near)
         };
+        let mut from = Place { t: t_near, f };
         let mut row = row_near;
         // At most one crossing, but rounding at 45° can make two of it.
         while row != row_far {
@@ -90,78 +131,75 @@ impl<'a> Columns<'a> {
             } else {
                 (row, row - 1)
             };
-            let t_row = walk.minor.time(line).max(t).min(t_far);
-            let f_row = self.on_row(major, line, t_row);
-            let found = self.segment(major, row, t, f, t_row, f_row);
+            let t = walk.minor.time(line).max(from.t).min(t_far);
+            let to = Place {
+                t,
+                f: self.on_row(major, line, t),
+            };
+            let found = self.segment(major, row, from, to);
             if found.is_some() {
                 return found;
             }
-            (t, f, row) = (t_row, f_row, next);
+            (from, row) = (to, next);
         }
-        let f_far = if is_last {
+        let f = if is_last {
             self.inside(major, row, t_far)
         } else {
             self.on_line(far, row, t_far)
         };
-        self.segment(major, row, t, f, t_far, f_far)
+        self.segment(major, row, from, Place { t: t_far, f })
     }
 
-    /// The first crossing within one cell, between times `a` and `b` where the ray is `fa` and `fb` above the surface.
-    fn segment(&mut self, major: usize, minor: usize, a: f64, fa: f64, b: f64, fb: f64) -> Option<Crossing> {
-        let (i, j) = self.cell(major, minor);
-        let (du, dv) = (self.walk.major.step * (b - a), self.walk.minor.step * (b - a));
-        match self.surface.patch {
+    /// The first crossing between two places within one cell.
+    #[inline(always)]
+    fn segment(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<Crossing> {
+        let t = match self.layout.patch {
             Patch::Bilinear => {
-                let [h00, h10, h01, h11] = self.surface.corners(i, j);
+                let [h00, h10, h01, h11] = self.corners(major, minor);
                 let twist = (h00 - h10) - (h01 - h11);
-                self.piece(major, minor, a, fa, b, fb, twist * du * dv)
+                let (du, dv) = (
+                    self.walk.major.step * (to.t - from.t),
+                    self.walk.minor.step * (to.t - from.t),
+                );
+                self.piece(from, to, twist * du * dv)
             }
-            Patch::Triangles => {
-                // The triangles meet where both coordinates within the cell are equal.
-                let walk = self.walk;
-                let gap = |t: f64| (walk.major.at(t) - major as f64) - (walk.minor.at(t) - minor as f64);
-                let (ga, gb) = (gap(a), gap(b));
-                if (ga > 0.0) != (gb > 0.0) {
-                    let t = lerp(a, b, ga / (ga - gb)).max(a).min(b);
-                    let u = walk.major.at(t) - major as f64;
-                    let [h00, _, _, h11] = self.surface.corners(i, j);
-                    let f = walk.height(t) - lerp(h00, h11, u);
-                    let found = self.piece(major, minor, a, fa, t, f, 0.0);
-                    return found.or_else(|| self.piece(major, minor, t, f, b, fb, 0.0));
-                }
-                self.piece(major, minor, a, fa, b, fb, 0.0)
-            }
-        }
+            Patch::Triangles => self.two_triangles(major, minor, from, to),
+        }?;
+        Some(Crossing { t, major, minor })
     }
 
-    /// The first root of `f(s) = fa (1 − s) + fb s + c s (1 − s)` as a crossing, `s` running over `[0, 1]` from `a` to `b`.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the coefficients of one quadratic and its place"
-    )]
-    fn piece(
-        &mut self,
-        major: usize,
-        minor: usize,
-        a: f64,
-        fa: f64,
-        b: f64,
-        fb: f64,
-        c: f64,
-    ) -> Option<Crossing> {
+    /// As [`Self::segment`] where the diagonal, on which both coordinates within the cell are equal, may lie between.
+    fn two_triangles(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<f64> {
+        let walk = self.walk;
+        let gap = |t: f64| (walk.major.at(t) - major as f64) - (walk.minor.at(t) - minor as f64);
+        let (a, b) = (gap(from.t), gap(to.t));
+        if (a > 0.0) == (b > 0.0) {
+            return self.piece(from, to, 0.0);
+        }
+        let t = lerp(from.t, to.t, a / (a - b)).max(from.t).min(to.t);
+        let u = walk.major.at(t) - major as f64;
+        let [h00, _, _, h11] = self.corners(major, minor);
+        let between = Place {
+            t,
+            f: walk.height(t) - lerp(h00, h11, u),
+        };
+        self.piece(from, between, 0.0)
+            .or_else(|| self.piece(between, to, 0.0))
+    }
+
+    /// When `f(s) = fa (1 − s) + fb s + c s (1 − s)` first vanishes, `s` running over `[0, 1]` between two places.
+    #[inline(always)]
+    fn piece(&mut self, from: Place, to: Place, c: f64) -> Option<f64> {
         let s = match self.side {
-            Side::Above => first_root(fa, fb, c),
-            Side::Below => first_root(-fa, -fb, -c),
-            Side::On => self.leave(fb, c),
+            Side::Above => first_root(from.f, to.f, c),
+            Side::Below => first_root(-from.f, -to.f, -c),
+            Side::On => self.leave(to.f, c),
         }?;
-        Some(Crossing {
-            t: lerp(a, b, s),
-            major,
-            minor,
-        })
+        Some(lerp(from.t, to.t, s))
     }
 
     /// As [`first_root`] for a segment that starts on the surface, whose root at 0 does not count. Decides the side.
+    #[cold]
     fn leave(&mut self, fb: f64, c: f64) -> Option<f64> {
         let rounding = self.walk.rounding;
         let slope = fb + c;
@@ -178,43 +216,59 @@ impl<'a> Columns<'a> {
         (slope.abs() > rounding && s > 0.0 && s <= 1.0).then_some(s)
     }
 
-    fn cell(&self, major: usize, minor: usize) -> (usize, usize) {
-        if self.walk.major_is_x {
-            (major, minor)
-        } else {
-            (minor, major)
-        }
-    }
-
-    fn sample(&self, major: usize, minor: usize) -> f64 {
-        let k = major * self.walk.major.stride + minor * self.walk.minor.stride;
-        f64::from(self.surface.heights().get(k).copied().unwrap_or(0.0))
+    /// The samples of a cell: `[h00, h10, h01, h11]`, the first index along the major axis.
+    #[inline(always)]
+    fn corners(&self, major: usize, minor: usize) -> [f64; 4] {
+        [
+            self.layout.sample(major, minor),
+            self.layout.sample(major + 1, minor),
+            self.layout.sample(major, minor + 1),
+            self.layout.sample(major + 1, minor + 1),
+        ]
     }
 
     /// Height of the ray above the surface at `t`, on the line between two columns.
+    #[inline(always)]
     fn on_line(&self, line: usize, row: usize, t: f64) -> f64 {
         let v = self.walk.minor.at(t) - row as f64;
-        self.walk.height(t) - lerp(self.sample(line, row), self.sample(line, row + 1), v)
+        self.walk.height(t)
+            - lerp(
+                self.layout.sample(line, row),
+                self.layout.sample(line, row + 1),
+                v,
+            )
     }
 
     /// Height of the ray above the surface at `t`, on the line between two rows.
+    #[inline(always)]
     fn on_row(&self, column: usize, line: usize, t: f64) -> f64 {
         let u = self.walk.major.at(t) - column as f64;
-        self.walk.height(t) - lerp(self.sample(column, line), self.sample(column + 1, line), u)
+        self.walk.height(t)
+            - lerp(
+                self.layout.sample(column, line),
+                self.layout.sample(column + 1, line),
+                u,
+            )
     }
 
     /// Height of the ray above the surface at `t`, within a cell.
+    #[inline(always)]
     fn inside(&self, major: usize, minor: usize, t: f64) -> f64 {
         let u = self.walk.major.at(t) - major as f64;
         let v = self.walk.minor.at(t) - minor as f64;
-        let (i, j) = self.cell(major, minor);
-        let (x, z) = if self.walk.major_is_x { (u, v) } else { (v, u) };
-        self.walk.height(t) - self.surface.height(i, j, x, z)
+        let [a, b, c, d] = self.corners(major, minor);
+        let height = match self.layout.patch {
+            Patch::Bilinear => lerp(lerp(a, b, u), lerp(c, d, u), v),
+            Patch::Triangles if u >= v => a + (b - a) * u + (d - b) * v,
+            Patch::Triangles => a + (d - c) * u + (c - a) * v,
+        };
+        self.walk.height(t) - height
     }
 }
 
 /// The smallest root in `[0, 1]` of `f(s) = fa (1 − s) + fb s + c s (1 − s)` for a segment that starts at `fa > 0`.
 /// One that starts at `fa ≤ 0` is a hit where it starts: a crossing that rounding hid is found late, never lost.
+#[inline(always)]
 pub(crate) fn first_root(fa: f64, fb: f64, c: f64) -> Option<f64> {
     if fa <= 0.0 {
         return Some(0.0);

@@ -22,13 +22,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
+mod blocks;
 mod brute;
+#[cfg(feature = "bvh")]
+mod bvh;
 mod column;
+mod filter;
 mod heightfield;
+mod samples;
 mod surface;
 mod walk;
 
 pub use brute::BruteForce;
+#[cfg(feature = "bvh")]
+pub use bvh::TriangleBvh;
 pub use heightfield::Heightfield;
 pub use surface::{HeightfieldError, Patch};
 

@@ -1,5 +1,6 @@
 //! The surface between the samples of a grid: what every caster agrees on.
 
+use super::samples::{Samples, Stride};
 use glam::{DVec2, DVec3};
 use meniscus_sim::Grid;
 use meniscus_sim::grid::{GridError, GridSpec};
@@ -38,7 +39,7 @@ pub enum HeightfieldError {
 /// Samples with their place and extremes, in units of samples horizontally and metres vertically.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
-    heights: Vec<f32>,
+    samples: Samples,
     width: usize,
     depth: usize,
     origin: DVec2,
@@ -50,11 +51,31 @@ pub(crate) struct Surface {
     pub(crate) steepest: f64,
 }
 
+/// Samples addressed by their place along the major and the minor axis of a walk.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout<'a> {
+    pub(crate) samples: &'a [f32],
+    pub(crate) patch: Patch,
+    pub(crate) major_cells: usize,
+    pub(crate) minor_cells: usize,
+    pub(crate) along: Stride,
+    pub(crate) across: Stride,
+}
+
+impl Layout<'_> {
+    #[inline(always)]
+    pub(crate) fn sample(&self, major: usize, minor: usize) -> f64 {
+        // Callers stay within the grid; the fallback only spares the panic.
+        let place = self.along.place(major) + self.across.place(minor);
+        f64::from(self.samples.get(place).copied().unwrap_or(0.0))
+    }
+}
+
 impl Surface {
     /// A surface without cells, which no ray hits.
     pub(crate) fn empty(patch: Patch) -> Self {
         Self {
-            heights: Vec::new(),
+            samples: Samples::default(),
             width: 0,
             depth: 0,
             origin: DVec2::ZERO,
@@ -72,8 +93,7 @@ impl Surface {
         self.width = 0;
         self.depth = 0;
         spec.validate()?;
-        self.heights.clear();
-        self.heights.extend_from_slice(elevation.as_slice());
+        self.samples.copy_from(elevation);
         self.width = spec.width();
         self.depth = spec.height();
         self.origin = spec.origin.as_dvec2();
@@ -81,35 +101,34 @@ impl Surface {
         Ok(())
     }
 
-    /// Finds the extremes, and the first sample that is not finite.
-    pub(crate) fn measure(&mut self) -> Result<(), HeightfieldError> {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        let mut steepest = 0.0_f64;
-        for (j, row) in self.heights.chunks_exact(self.width).enumerate() {
-            if let Some(i) = row.iter().position(|v| !v.is_finite()) {
-                let value = row[i];
-                self.width = 0;
-                self.depth = 0;
-                return Err(HeightfieldError::NonFinite { i, j, value });
-            }
-            for &h in row {
-                low = low.min(h);
-                high = high.max(h);
-            }
-            for pair in row.windows(2) {
-                steepest = steepest.max((f64::from(pair[1]) - f64::from(pair[0])).abs());
+    /// Finds the extremes of the samples that were taken.
+    pub(crate) fn measure(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
+        let (mut low, mut high, mut steepest) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f32);
+        for j in 0..self.depth {
+            let row = elevation.row(j);
+            let before = elevation.row(j.saturating_sub(1));
+            for (i, (&h, &b)) in row.iter().zip(before).enumerate() {
+                if !h.is_finite() {
+                    return Err(self.refuse(elevation));
+                }
+                (low, high) = (low.min(h), high.max(h));
+                let left = row[i.saturating_sub(1)];
+                steepest = steepest.max((h - left).abs()).max((h - b).abs());
             }
         }
-        for j in 1..self.depth {
-            let (before, row) = self.heights[(j - 1) * self.width..].split_at(self.width);
-            for (a, b) in before.iter().zip(row) {
-                steepest = steepest.max((f64::from(*b) - f64::from(*a)).abs());
-            }
-        }
-        self.low = f64::from(low);
-        self.high = f64::from(high);
-        self.steepest = steepest;
+        self.set_extremes(f64::from(low), f64::from(high), f64::from(steepest));
         Ok(())
+    }
+
+    pub(crate) fn set_extremes(&mut self, low: f64, high: f64, steepest: f64) {
+        (self.low, self.high, self.steepest) = (low, high, steepest);
+    }
+
+    /// Leaves no cells, after samples that cannot be used; says which.
+    pub(crate) fn refuse(&mut self, elevation: &Grid<f32>) -> HeightfieldError {
+        (self.width, self.depth) = (0, 0);
+        let (i, j, value) = elevation.find_non_finite().unwrap_or((0, 0, f32::NAN));
+        HeightfieldError::NonFinite { i, j, value }
     }
 
     /// Cells along X; 0 where a grid has a single sample.
@@ -122,13 +141,29 @@ impl Surface {
         self.depth.saturating_sub(1)
     }
 
-    /// Samples along X, which is the distance in storage from a sample to its neighbour along Z.
-    pub(crate) fn width(&self) -> usize {
-        self.width
+    /// World X and Z of the first sample.
+    pub(crate) fn corner(&self) -> DVec2 {
+        self.origin
     }
 
-    pub(crate) fn heights(&self) -> &[f32] {
-        &self.heights
+    /// The grid as walks along one axis see it.
+    #[inline(always)]
+    pub(crate) fn layout(&self, major_is_x: bool) -> Layout<'_> {
+        let (x, z) = ((self.cells_x(), self.samples.x), (self.cells_z(), self.samples.z));
+        let ((major_cells, along), (minor_cells, across)) = if major_is_x { (x, z) } else { (z, x) };
+        Layout {
+            samples: self.samples.as_slice(),
+            patch: self.patch,
+            major_cells,
+            minor_cells,
+            along,
+            across,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn sample(&self, i: usize, j: usize) -> f64 {
+        self.layout(true).sample(i, j)
     }
 
     pub(crate) fn spacing(&self) -> f64 {
@@ -137,17 +172,29 @@ impl Surface {
 
     /// World X and Z to units of samples.
     pub(crate) fn to_grid(&self, x: f64, z: f64) -> DVec2 {
-        (DVec2::new(x, z) - self.origin) / self.spacing
+        (DVec2::new(x, z) - self.origin) * (1.0 / self.spacing)
+    }
+
+    /// World position of sample `(i, j)` at height 0.
+    #[cfg(feature = "bvh")]
+    pub(crate) fn position(&self, i: usize, j: usize) -> DVec3 {
+        let p = self.origin + self.spacing * DVec2::new(i as f64, j as f64);
+        DVec3::new(p.x, 0.0, p.y)
     }
 
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.
+    #[inline(always)]
     pub(crate) fn corners(&self, i: usize, j: usize) -> [f64; 4] {
-        let k = j * self.width + i;
-        let at = |k: usize| f64::from(self.heights.get(k).copied().unwrap_or(0.0));
-        [at(k), at(k + 1), at(k + self.width), at(k + self.width + 1)]
+        [
+            self.sample(i, j),
+            self.sample(i + 1, j),
+            self.sample(i, j + 1),
+            self.sample(i + 1, j + 1),
+        ]
     }
 
     /// Height in metres within cell `(i, j)` at `(u, v)` in `[0, 1]`.
+    #[inline(always)]
     pub(crate) fn height(&self, i: usize, j: usize, u: f64, v: f64) -> f64 {
         let [a, b, c, d] = self.corners(i, j);
         match self.patch {
@@ -158,6 +205,7 @@ impl Surface {
     }
 
     /// Upward unit normal within cell `(i, j)` at `(u, v)`.
+    #[inline(always)]
     pub(crate) fn normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
         let [a, b, c, d] = self.corners(i, j);
         let (du, dv) = match self.patch {
@@ -171,13 +219,12 @@ impl Surface {
     /// Upward unit normal at `(u, v)` of cell `(i, j)` from the slopes at its samples (central differences, one-sided at
     /// the rim), interpolated bilinearly.
     pub(crate) fn smooth_normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
-        let at = |i: usize, j: usize| f64::from(self.heights.get(j * self.width + i).copied().unwrap_or(0.0));
         let slope = |i: usize, j: usize| {
             let (left, right) = (i.saturating_sub(1), (i + 1).min(self.cells_x()));
             let (before, after) = (j.saturating_sub(1), (j + 1).min(self.cells_z()));
             DVec2::new(
-                (at(right, j) - at(left, j)) / (right - left) as f64,
-                (at(i, after) - at(i, before)) / (after - before) as f64,
+                (self.sample(right, j) - self.sample(left, j)) / (right - left) as f64,
+                (self.sample(i, after) - self.sample(i, before)) / (after - before) as f64,
             )
         };
         let low = slope(i, j).lerp(slope(i + 1, j), u);
@@ -187,10 +234,11 @@ impl Surface {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.heights.capacity() * size_of::<f32>()
+        self.samples.bytes()
     }
 }
 
+#[inline(always)]
 pub(crate) fn lerp(a: f64, b: f64, s: f64) -> f64 {
     a + (b - a) * s
 }

@@ -247,3 +247,99 @@ pub fn spec(width: u32, depth: u32, rng: &mut Rng) -> GridSpec {
     let at = |rng: &mut Rng| spacing * (40.0 * (rng.uniform_f32() - 0.5)).round();
     GridSpec::new(Vec2::new(at(rng), at(rng)), spacing, UVec2::new(width, depth)).unwrap()
 }
+
+/// A lively sea of `size` × `size` samples, 1 m apart: 40 waves of 8 m to a third of the grid, rms slope about 0.15.
+pub fn sea(size: u32) -> Grid<f32> {
+    let mut rng = Rng::new(42, 0);
+    let waves: Vec<[f64; 4]> = (0..40)
+        .map(|k| {
+            let length = 8.0 * (170.0_f64 / 8.0).powf(f64::from(k) / 39.0);
+            let number = std::f64::consts::TAU / length;
+            let heading = std::f64::consts::TAU * rng.uniform();
+            let slope = 0.15 * (2.0_f64 / 40.0).sqrt();
+            [
+                number * heading.cos(),
+                number * heading.sin(),
+                std::f64::consts::TAU * rng.uniform(),
+                slope / number,
+            ]
+        })
+        .collect();
+    let spec = GridSpec::new(Vec2::ZERO, 1.0, UVec2::splat(size)).unwrap();
+    Grid::from_fn(spec, |i, j| {
+        waves
+            .iter()
+            .map(|[kx, kz, phase, amplitude]| amplitude * (kx * i as f64 + kz * j as f64 + phase).sin())
+            .sum::<f64>() as f32
+    })
+}
+
+/// Rays as a renderer casts them: `primary` from a camera above the rim in scan-line order, `random` from points above
+/// to points of the surface, `grazing` within 2° of level just above the mean, `reflected` off the primary hits.
+pub fn workload(kind: &str, count: usize, bounds: &Bounds, field: &Heightfield) -> Vec<Ray> {
+    let mut rng = Rng::new(7, 1);
+    let extent = bounds.extent();
+    let point = |x: f64, y: f64, z: f64| DVec3::new(bounds.low.x + x * extent, y, bounds.low.z + z * extent);
+    let primary = || {
+        let eye = point(0.5, 0.15 * extent, -0.2);
+        let forward = (point(0.5, 0.0, 0.35) - eye).normalize();
+        let right = forward.cross(DVec3::Y).normalize();
+        let up = right.cross(forward);
+        let width = (count as f64 * 4.0 / 3.0).sqrt().ceil() as usize;
+        let height = count.div_ceil(width);
+        (0..count).map(move |k| {
+            let (x, y) = ((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
+            let aspect = width as f64 / height as f64;
+            let tangent = 0.42;
+            let px = tangent * aspect * (2.0 * x / width as f64 - 1.0);
+            let py = tangent * (1.0 - 2.0 * y / height as f64);
+            Ray {
+                origin: eye,
+                direction: (forward + px * right + py * up).normalize(),
+            }
+        })
+    };
+    match kind {
+        "primary" => primary().collect(),
+        "random" => (0..count)
+            .map(|_| {
+                let origin = point(
+                    rng.uniform(),
+                    bounds.high.y + 0.2 * extent * rng.uniform(),
+                    rng.uniform(),
+                );
+                let target = point(rng.uniform(), 0.0, rng.uniform());
+                Ray {
+                    origin,
+                    direction: (target - origin).normalize(),
+                }
+            })
+            .collect(),
+        "grazing" => (0..count)
+            .map(|_| {
+                let origin = point(rng.uniform(), bounds.high.y * rng.uniform(), rng.uniform());
+                let (sin, cos) = (std::f64::consts::TAU * rng.uniform()).sin_cos();
+                let direction = DVec3::new(cos, 0.07 * (rng.uniform() - 0.5), sin);
+                Ray {
+                    origin,
+                    direction: direction.normalize(),
+                }
+            })
+            .collect(),
+        _ => primary()
+            .map(|ray| match field.cast(&ray, 0.0, f64::INFINITY) {
+                Some(hit) => {
+                    let d = ray.direction;
+                    let normal = field
+                        .shading_normal(hit.position.x, hit.position.z)
+                        .unwrap_or(hit.normal);
+                    Ray {
+                        origin: hit.position,
+                        direction: d - 2.0 * d.dot(normal) * normal,
+                    }
+                }
+                None => ray,
+            })
+            .collect(),
+    }
+}

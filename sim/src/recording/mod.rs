@@ -1,15 +1,43 @@
 //! Recordings: append-only, crash-safe files of frames (`.mrec`), described byte by byte in `docs/recording-format.md`.
+//!
+//! A recording holds everything that a scene needs to be drawn again (its description, terrain, geometry, sky), then
+//! one checksummed chunk a frame, then an index. [`Writer`] encodes and writes off the caller's thread; [`Reader`]
+//! opens a file at any stage of its life, also one that was cut or damaged, reads any frame at the cost of decoding
+//! that frame, and names what it could not read. [`ReplaySource`] plays a recording as a [`crate::FrameSource`].
+//!
+//! From the bytes upwards: [`plane`] packs one array of numbers (with [`predict`] and [`quantise`]); [`codec`] the
+//! structure around arrays; [`frame_payload`] and [`header`] a frame and a scene; [`chunk`] frames both with
+//! checksums; [`index`] and [`scan`] find the frames of a file.
 
-/// Why a recording cannot be written or read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum RecordingError {
-    /// The file could not be read or written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: std::path::PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-}
+mod chunk;
+mod codec;
+mod error;
+mod frame_payload;
+mod header;
+mod index;
+mod plane;
+mod predict;
+mod quantise;
+mod reader;
+mod replay;
+mod scan;
+mod statistics;
+mod writer;
+
+pub use error::RecordingError;
+pub use reader::{Damage, Reader};
+pub use replay::ReplaySource;
+pub use statistics::{ChannelStatistics, Statistics, Totals};
+pub use writer::{Summary, Writer};
+
+/// Version of the format that this program writes, and the newest that it reads.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Most droplets in one recorded frame.
+pub const MAX_DROPLETS: usize = 1 << 24;
+
+/// Most bodies in one recorded frame.
+pub const MAX_BODIES: usize = 1 << 16;
+
+/// Bytes that [`Reader::open`] is ready to hold decoded: the header's arrays and one frame together.
+pub const DEFAULT_MEMORY_LIMIT: u64 = 4 << 30;

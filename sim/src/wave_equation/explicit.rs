@@ -26,6 +26,9 @@ impl Work {
     }
 }
 
+/// Number of a block with its rows of elevation and of flux along X and Z.
+type Block<'a> = (usize, ((&'a mut [f32], &'a mut [f32]), &'a mut [f32]));
+
 /// One step of `dt` seconds. The flux is taken from its time to half a step after the surface's, then the surface
 /// follows; the flux then lags by half a step.
 pub(super) fn step(medium: &Medium, state: &mut State, work: &mut Work, dt: f64) {
@@ -47,7 +50,7 @@ pub(super) fn step(medium: &Medium, state: &mut State, work: &mut Work, dt: f64)
     let seams = &*seams;
     qz[h * w..].copy_from_slice(&seams[blocks * w..]);
 
-    let block = |(b, ((eta, qx), qz)): (usize, ((&mut [f32], &mut [f32]), &mut [f32]))| {
+    let block = |(b, ((eta, qx), qz)): Block<'_>| {
         let rows = eta.len() / w;
         let first = b * BLOCK;
         qz[..w].copy_from_slice(&seams[b * w..(b + 1) * w]);

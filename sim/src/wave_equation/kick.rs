@@ -51,12 +51,7 @@ impl Kick {
             }
             let along = if side < 2 { h } else { w };
             list.extend((0..along).map(|n| {
-                let k = match side {
-                    0 => n * w,
-                    1 => n * w + w - 1,
-                    2 => n,
-                    _ => (h - 1) * w + n,
-                };
+                let k = medium.edge_sample(side, n);
                 let squared = GRAVITY * f64::from(medium.depth[k]);
                 let rate = 2.0 * squared.sqrt() / spacing + gamma;
                 let gain = 2.0 * squared / spacing * share(rate, duration);

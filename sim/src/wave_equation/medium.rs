@@ -125,8 +125,8 @@ impl Medium {
         let mut pull_x = vec![0.0; (w + 1) * h];
         for j in 0..h {
             let row = &mut pull_x[j * (w + 1)..(j + 1) * (w + 1)];
-            for i in 1..w {
-                row[i] = pull(j * w + i - 1, j * w + i);
+            for (i, face) in row.iter_mut().enumerate().take(w).skip(1) {
+                *face = pull(j * w + i - 1, j * w + i);
             }
             if wrap.x {
                 row[0] = pull(j * w + w - 1, j * w);
@@ -192,6 +192,17 @@ impl Medium {
             2.0 / (2.0 * most / spacing).sqrt()
         } else {
             f64::INFINITY
+        }
+    }
+
+    /// Index of sample `n` along an edge.
+    pub(super) fn edge_sample(&self, side: usize, n: usize) -> usize {
+        let (w, h) = (self.spec.width(), self.spec.height());
+        match side {
+            0 => n * w,
+            1 => n * w + w - 1,
+            2 => n,
+            _ => (h - 1) * w + n,
         }
     }
 

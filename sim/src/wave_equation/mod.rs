@@ -18,11 +18,13 @@
 
 mod explicit;
 mod footprint;
+mod implicit;
 mod kick;
 mod medium;
 mod shore;
 mod state;
 mod totals;
+mod tridiagonal;
 
 pub use totals::Energies;
 
@@ -42,6 +44,9 @@ use state::State;
 /// Share of the Courant limit that sub-steps take when the scene names no step.
 const DEFAULT_COURANT: f64 = 0.95;
 
+/// Weight of the new state in an implicit step that is centred in time.
+const CENTRED: f64 = 0.5;
+
 /// Most sub-steps one call of `advance` takes.
 const MAX_SUBSTEPS: u64 = 1_000_000;
 
@@ -57,11 +62,14 @@ pub struct WaveEquation {
     medium: Medium,
     shore: Shore,
     state: State,
-    work: explicit::Work,
+    explicit: explicit::Work,
+    implicit: implicit::Work,
     stamp: Stamp,
     /// Elevation of still water above datum, metres.
     level: f32,
     scheme: WaveScheme,
+    /// Weight of the new state in an implicit step.
+    theta: f64,
     /// Longest sub-step in seconds, as the scene gives it.
     step: Option<f64>,
     time: f64,
@@ -93,7 +101,9 @@ impl WaveEquation {
         let mut solver = Self {
             shore: Shore::new(&medium, ground, scene.description.water.level),
             state: State::new(&medium),
-            work: explicit::Work::default(),
+            explicit: explicit::Work::default(),
+            implicit: implicit::Work::default(),
+            theta: CENTRED,
             stamp: Stamp::default(),
             level: scene.description.water.level,
             scheme: parameters.scheme,
@@ -181,7 +191,7 @@ impl WaveEquation {
                 let k = spec.index(i, j);
                 if self.medium.wet[k] {
                     let value = above(i, j);
-                    if !(f64::from(value).abs() <= self.runaway()) {
+                    if value.is_nan() || f64::from(value).abs() > self.runaway() {
                         return Err(BuildError::impossible(
                             "water.initial",
                             format!("the surface starts {value} m above rest at sample ({i}, {j})"),
@@ -228,8 +238,7 @@ impl WaveEquation {
     fn divide(&self, dt: f64) -> Result<(u64, f64), StepError> {
         let longest = match self.scheme {
             WaveScheme::Explicit => self.step.unwrap_or(DEFAULT_COURANT * self.medium.limit()),
-            // Until the implicit scheme stands, it is stepped explicitly within the limit.
-            WaveScheme::Implicit => DEFAULT_COURANT * self.medium.limit(),
+            WaveScheme::Implicit => self.step.unwrap_or(f64::INFINITY),
         };
         // A step that is meant to divide dt must not cost one more for a rounding.
         let needed = (dt / longest * (1.0 - 1e-6)).ceil().max(1.0);
@@ -267,8 +276,21 @@ impl Solver for WaveEquation {
         StepError::check_step(dt)?;
         let dt = f64::from(dt);
         let (count, step) = self.divide(dt)?;
-        for _ in 0..count {
-            explicit::step(&self.medium, &mut self.state, &mut self.work, step);
+        match self.scheme {
+            WaveScheme::Explicit => {
+                for _ in 0..count {
+                    explicit::step(&self.medium, &mut self.state, &mut self.explicit, step);
+                }
+            }
+            WaveScheme::Implicit => {
+                let Self {
+                    medium,
+                    state,
+                    implicit,
+                    ..
+                } = self;
+                implicit::steps(medium, state, implicit, step, count, self.theta);
+            }
         }
         self.time += dt;
         self.substeps = count as u32;
@@ -326,7 +348,11 @@ impl Solver for WaveEquation {
     }
 
     fn bytes(&self) -> u64 {
-        self.medium.bytes() + self.state.bytes() + self.shore.bytes() + self.work.bytes()
+        self.medium.bytes()
+            + self.state.bytes()
+            + self.shore.bytes()
+            + self.explicit.bytes()
+            + self.implicit.bytes()
     }
 }
 

@@ -32,6 +32,11 @@ pub trait Study: Sync {
     /// If a case cannot be set up at all; what fails inside a run becomes a row that is not `ok`.
     fn cases(&self, quick: bool) -> anyhow::Result<Vec<Case>>;
 
+    /// Whether its costs matter, so that runs are repeated. A study of right and wrong runs once.
+    fn timed(&self) -> bool {
+        true
+    }
+
     /// Maps drawn from the rows beside the curves.
     fn maps(&self, _rows: &[Row]) -> Vec<Map> {
         Vec::new()
@@ -79,8 +84,13 @@ pub enum Against {
     },
     /// The resolution of the case.
     Resolution,
-    /// The error of another metric of the same run.
-    Metric(&'static str),
+    /// Another metric of the same run.
+    Metric {
+        /// Its name.
+        metric: &'static str,
+        /// Whether it is a cost (bytes …), so that the Pareto front is drawn.
+        front: bool,
+    },
 }
 
 impl Curves {

@@ -65,7 +65,7 @@ fn axis_name(against: &Against) -> &str {
         Against::Cpu => "against cpu time",
         Against::CpuPer { parameter, .. } => parameter,
         Against::Resolution => "against resolution",
-        Against::Metric(name) => name,
+        Against::Metric { metric, .. } => metric,
     }
 }
 
@@ -97,18 +97,24 @@ fn chart(index: usize, case: &Case, curves: &Curves, measured: &[Measured]) -> C
         }
     }
     series.retain(|s| !s.points.is_empty());
-    let costs = matches!(curves.against, Against::Cpu | Against::CpuPer { .. });
+    let front = matches!(
+        curves.against,
+        Against::Cpu | Against::CpuPer { .. } | Against::Metric { front: true, .. }
+    );
     let x_label = match &curves.against {
         Against::Cpu => cost_label(measured).to_owned(),
         Against::CpuPer { label, .. } => (*label).to_owned(),
         Against::Resolution => case.resolution.to_owned(),
-        Against::Metric(name) => (*name).to_owned(),
+        Against::Metric { metric, .. } => (*metric).to_owned(),
+    };
+    let against = match &curves.against {
+        Against::Resolution if !curves.slopes.is_empty() => "resolution",
+        _ => without_unit(&x_label),
     };
     let title = format!(
-        "{}: {} against {}",
+        "{}: {} against {against}",
         capitalised(case.name),
-        curves.metric,
-        without_unit(&x_label)
+        without_unit(curves.metric)
     );
     Chart {
         description: format!("{title}, for {}", list(&series)),
@@ -117,7 +123,7 @@ fn chart(index: usize, case: &Case, curves: &Curves, measured: &[Measured]) -> C
         y_label: curves.metric.to_owned(),
         series,
         slopes: curves.slopes.to_vec(),
-        front: costs,
+        front,
         ticks_at_points: curves.against == Against::Resolution,
     }
 }
@@ -156,8 +162,8 @@ fn cost_label(measured: &[Measured]) -> &'static str {
 fn sample(curves: &Curves, row: &Row, run: &Measured) -> Option<Sample> {
     let (x, x_median) = match &curves.against {
         Against::Resolution => (row.resolution, None),
-        Against::Metric(name) => {
-            let other = run.rows.iter().find(|r| r.error_metric == *name)?;
+        Against::Metric { metric, .. } => {
+            let other = run.rows.iter().find(|r| r.error_metric == *metric)?;
             (other.error, None)
         }
         Against::Cpu | Against::CpuPer { .. } => {

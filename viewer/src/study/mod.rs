@@ -13,11 +13,16 @@ mod html;
 pub mod machine;
 pub mod measure;
 pub mod plot;
+mod recording;
 mod report;
 pub mod row;
+mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+mod stability;
+mod truth;
+mod wave_equation;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -117,7 +122,11 @@ impl StudyOutcome {
 
 /// Every study there is.
 pub fn all() -> Vec<&'static dyn Study> {
-    vec![]
+    vec![
+        &wave_equation::WaveEquationStudy,
+        &recording::RecordingStudy,
+        &stability::StabilityStudy,
+    ]
 }
 
 /// Runs the studies that `options` asks for, with a line to standard error now and then. Ends soon after `interrupted`
@@ -191,7 +200,8 @@ fn run_study(
     let cases = study
         .cases(options.quick)
         .with_context(|| format!("study `{name}` cannot be set up"))?;
-    let results = schedule::measure(name, &cases, Budget::new(options.quick), interrupted, progress);
+    let budget = Budget::new(options.quick, study.timed());
+    let results = schedule::measure(name, &cases, budget, interrupted, progress);
     let figures = figures::draw(study, &cases, &results)?;
     let mut report = StudyReport {
         name,

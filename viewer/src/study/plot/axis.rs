@@ -78,7 +78,14 @@ impl Axis {
             );
         }
         ticks.retain(|v| (self.low..=self.high).contains(&v.log10()));
-        ticks.into_iter().map(|v| (v, number(v))).collect()
+        let labels: Vec<String> = ticks.iter().map(|v| number(*v)).collect();
+        // One notation an axis: powers of ten where any of its decades needs one.
+        let powers = labels.iter().any(|l| l.parse::<f64>().is_err()) && decades(&ticks);
+        let label = |(v, text): (f64, String)| match (powers, v.log10().round() as i32) {
+            (true, 0) | (false, _) => (v, text),
+            (true, exponent) => (v, format!("10{}", superscript(exponent))),
+        };
+        ticks.into_iter().zip(labels).map(label).collect()
     }
 
     /// Labels at the swept values themselves where they are few and stand far enough apart, else [`Self::ticks`].
@@ -97,12 +104,17 @@ impl Axis {
     }
 }
 
-/// A number as on an axis: plain from 0.01 to 99 999, else as a power of ten.
+/// Whether all ticks are powers of ten.
+fn decades(ticks: &[f64]) -> bool {
+    ticks.iter().all(|v| (v.log10() - v.log10().round()).abs() < 1e-9)
+}
+
+/// A number as on an axis: plain from 0.001 to 99 999, else as a power of ten.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    if (0.009_99..99_999.5).contains(&value.abs()) {
+    if (0.000_999..99_999.5).contains(&value.abs()) {
         // Three significant digits without trailing zeros; whole numbers in full.
         let digits = (2 - value.abs().log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.digits$}");
@@ -152,7 +164,9 @@ mod tests {
     fn numbers_read_well() {
         for (value, text) in [
             (0.0, "0"),
+            (0.001, "0.001"),
             (0.01, "0.01"),
+            (0.0025, "0.0025"),
             (0.5, "0.5"),
             (1.0, "1"),
             (12.5, "12.5"),

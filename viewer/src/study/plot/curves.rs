@@ -52,6 +52,8 @@ pub(crate) struct Sample {
 
 const WIDTH: i32 = 760;
 const HEIGHT: i32 = 470;
+/// What the line about the Pareto front takes of it.
+const FOOTER: i32 = 30;
 const LEFT: f64 = 76.0;
 const RIGHT: f64 = 744.0;
 const TOP: f64 = 46.0;
@@ -73,7 +75,8 @@ impl Chart {
     /// Draws the chart as SVG.
     pub(crate) fn to_svg(&self) -> Result<String, DrawError> {
         let layout = Layout::new(self);
-        draw(WIDTH, HEIGHT, &self.title, &self.description, |canvas| {
+        let height = if self.front { HEIGHT } else { HEIGHT - FOOTER };
+        draw(WIDTH, height, &self.title, &self.description, |canvas| {
             layout.paint(canvas)
         })
     }
@@ -260,6 +263,15 @@ impl<'a> Layout<'a> {
     }
 
     fn paint_labels(&self, canvas: &Canvas<'_>, obstacles: &mut Obstacles) -> Drawn {
+        // Labels stand behind the last point, and behind the line to its median.
+        let reach = |s: &Sample| {
+            let (x, y) = self.pixel(s);
+            (s.x_median.map_or(x, |m| x.max(self.x.pixel(m))), y)
+        };
+        let end = |s: &Series| {
+            let ends = s.points.iter().map(reach);
+            ends.fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a })
+        };
         // From top to bottom, so that labels which are moved aside keep the order of their curves.
         let mut order: Vec<&Series> = self
             .chart
@@ -267,12 +279,6 @@ impl<'a> Layout<'a> {
             .iter()
             .filter(|s| !s.points.is_empty())
             .collect();
-        let end = |s: &Series| {
-            s.points
-                .iter()
-                .map(|p| self.pixel(p))
-                .fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a })
-        };
         order.sort_by(|a, b| end(a).1.total_cmp(&end(b).1));
         for series in order {
             let kind = text(tone(series), LABEL);

@@ -1,25 +1,8 @@
-//! Triangle meshes of scene objects: primitives and what is loaded from glTF.
+//! Spheres, boxes and cylinders.
 
-use glam::{Vec2, Vec3};
+use super::{DEFAULT_COLOR, TriangleMesh};
+use glam::Vec3;
 use std::f32::consts::{PI, TAU};
-
-/// Triangles with one base colour, in the object's own axes, metres.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TriangleMesh {
-    /// Vertex positions in metres.
-    pub positions: Vec<Vec3>,
-    /// Unit vertex normals; as many as positions.
-    pub normals: Vec<Vec3>,
-    /// Texture coordinates; empty, or as many as positions.
-    pub texcoords: Vec<Vec2>,
-    /// Vertex indices of each triangle, anticlockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-    /// Linear-light base colour, 0 to 1.
-    pub base_color: Vec3,
-}
-
-/// Base colour of primitives and of models that have none.
-pub const DEFAULT_COLOR: Vec3 = Vec3::splat(0.5);
 
 /// Segments about the axis of spheres and cylinders.
 const AROUND: u32 = 64;

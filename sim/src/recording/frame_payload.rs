@@ -1,0 +1,302 @@
+//! A frame as the payload of a chunk: structure, then its arrays one after the other.
+
+use super::codec::{self, MAX_FRAME_STRUCTURE, StoredFrame, StoredPlane};
+use super::plane::{self, Layout};
+use super::{MAX_BODIES, MAX_DROPLETS};
+use crate::frame::{BodyPose, Channels, Frame};
+use crate::grid::{Grid, GridSpec};
+use crate::solver::StepReport;
+use glam::{Quat, Vec2, Vec3};
+use std::borrow::Cow;
+
+/// Numbers of one body: position, rotation, velocity, angular velocity.
+const BODY: usize = 13;
+
+/// One array of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlaneSpec {
+    /// The channel that it belongs to.
+    pub(super) channel: &'static str,
+    /// Its numbers.
+    pub(super) layout: Layout,
+    /// Whether the tolerance applies; else every bit is kept.
+    pub(super) tolerant: bool,
+}
+
+/// The arrays of a frame, in the order in which they are stored.
+pub(super) fn planes(spec: GridSpec, channels: Channels, droplets: usize, bodies: usize) -> Vec<PlaneSpec> {
+    let grid = Layout::new(spec.len(), spec.width());
+    let mut list = Vec::with_capacity(27);
+    let mut add = |channel, count, layout, tolerant| {
+        list.extend(std::iter::repeat_n(
+            PlaneSpec {
+                channel,
+                layout,
+                tolerant,
+            },
+            count,
+        ));
+    };
+    add("elevation", 1, grid, true);
+    for (name, channel) in channels.iter() {
+        match channel {
+            Channels::VELOCITY | Channels::DISPLACEMENT => add(name, 2, grid, true),
+            Channels::DROPLETS => {
+                let layout = Layout::new(droplets, droplets);
+                add(name, 6, layout, true);
+                // A radius is often smaller than the tolerance of positions and would vanish.
+                add(name, 1, layout, false);
+            }
+            // Few numbers, and a rotation must stay a unit quaternion.
+            Channels::BODIES => add(name, BODY, Layout::new(bodies, bodies), false),
+            _ => add(name, 1, grid, true),
+        }
+    }
+    list
+}
+
+/// The numbers of every array, in the order of [`planes`].
+fn values(frame: &Frame, channels: Channels) -> Vec<Cow<'_, [f32]>> {
+    fn pick<const N: usize, T: Copy>(values: &[T], parts: fn(T) -> [f32; N], out: &mut Vec<Cow<'_, [f32]>>) {
+        out.extend((0..N).map(|n| Cow::Owned(values.iter().map(|&v| parts(v)[n]).collect())));
+    }
+    fn vectors(grid: Option<&Grid<Vec2>>) -> &[Vec2] {
+        grid.map_or(&[], Grid::as_slice)
+    }
+    fn scalars(grid: Option<&Grid<f32>>) -> Cow<'_, [f32]> {
+        Cow::Borrowed(grid.map_or(&[], Grid::as_slice))
+    }
+    let mut list = vec![Cow::Borrowed(frame.elevation.as_slice())];
+    for (_, channel) in channels.iter() {
+        match channel {
+            Channels::DEPTH => list.push(scalars(frame.depth.as_ref())),
+            Channels::FOAM => list.push(scalars(frame.foam.as_ref())),
+            Channels::VELOCITY => pick(vectors(frame.velocity.as_ref()), |v| v.to_array(), &mut list),
+            Channels::DISPLACEMENT => pick(vectors(frame.displacement.as_ref()), |v| v.to_array(), &mut list),
+            Channels::DROPLETS => {
+                if let Some(d) = &frame.droplets {
+                    pick(&d.position, |v| v.to_array(), &mut list);
+                    pick(&d.velocity, |v| v.to_array(), &mut list);
+                    list.push(Cow::Borrowed(&d.radius));
+                }
+            }
+            _ => pick(
+                frame.bodies.as_deref().unwrap_or_default(),
+                body_to_array,
+                &mut list,
+            ),
+        }
+    }
+    list
+}
+
+fn body_to_array(b: BodyPose) -> [f32; BODY] {
+    let mut out = [0.0; BODY];
+    out[..3].copy_from_slice(&b.position.to_array());
+    out[3..7].copy_from_slice(&b.rotation.to_array());
+    out[7..10].copy_from_slice(&b.velocity.to_array());
+    out[10..].copy_from_slice(&b.angular_velocity.to_array());
+    out
+}
+
+fn body_from_array(a: [f32; BODY]) -> BodyPose {
+    BodyPose {
+        position: Vec3::new(a[0], a[1], a[2]),
+        rotation: Quat::from_xyzw(a[3], a[4], a[5], a[6]),
+        velocity: Vec3::new(a[7], a[8], a[9]),
+        angular_velocity: Vec3::new(a[10], a[11], a[12]),
+    }
+}
+
+/// Raw and stored size and error of an encoded frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Encoded {
+    /// Bytes of the arrays before packing.
+    pub(super) raw_bytes: u64,
+    /// Largest difference between a stored and an original value.
+    pub(super) max_error: f32,
+}
+
+/// Appends the payload of `frame`, which holds `channels`, to `out`.
+pub(super) fn encode(
+    frame: &Frame,
+    channels: Channels,
+    report: Option<StepReport>,
+    tolerance: f32,
+    out: &mut Vec<u8>,
+) -> Result<Encoded, String> {
+    let droplets = frame
+        .droplets
+        .as_ref()
+        .filter(|_| channels.contains(Channels::DROPLETS));
+    let droplets = droplets.map_or(0, |d| d.len());
+    let bodies = frame
+        .bodies
+        .as_ref()
+        .filter(|_| channels.contains(Channels::BODIES));
+    let bodies = bodies.map_or(0, Vec::len);
+    let specs = planes(*frame.spec(), channels, droplets, bodies);
+    let mut data = Vec::new();
+    let mut stored = Vec::with_capacity(specs.len());
+    let mut encoded = Encoded::default();
+    for (spec, values) in specs.iter().zip(values(frame, channels)) {
+        let tolerance = if spec.tolerant { tolerance } else { 0.0 };
+        let plane = plane::pack(&values, spec.layout, tolerance, &mut data)?;
+        encoded.raw_bytes += 4 * values.len() as u64;
+        encoded.max_error = encoded.max_error.max(plane.max_error);
+        stored.push(plane);
+    }
+    let structure = StoredFrame {
+        index: frame.index,
+        report: report.map(Into::into),
+        droplets: u32::try_from(droplets).map_err(|e| e.to_string())?,
+        bodies: u32::try_from(bodies).map_err(|e| e.to_string())?,
+        planes: stored,
+    };
+    codec::put(&structure, MAX_FRAME_STRUCTURE, out)?;
+    out.extend_from_slice(&data);
+    Ok(encoded)
+}
+
+/// The structure of a frame, checked against the grid, the channels and the bytes there are.
+pub(super) struct Structure<'a> {
+    stored: StoredFrame,
+    specs: Vec<PlaneSpec>,
+    data: &'a [u8],
+}
+
+impl<'a> Structure<'a> {
+    /// Reads and checks the structure of a payload. Allocates no more than the structure's own size.
+    pub(super) fn read(payload: &'a [u8], spec: GridSpec, channels: Channels) -> Result<Self, String> {
+        let (stored, data): (StoredFrame, _) = codec::take::<_, MAX_FRAME_STRUCTURE>(payload)?;
+        let (droplets, bodies) = (stored.droplets as usize, stored.bodies as usize);
+        if droplets > MAX_DROPLETS || (droplets > 0 && !channels.contains(Channels::DROPLETS)) {
+            return Err(format!("it claims {droplets} droplets"));
+        }
+        if bodies > MAX_BODIES || (bodies > 0 && !channels.contains(Channels::BODIES)) {
+            return Err(format!("it claims {bodies} bodies"));
+        }
+        let specs = planes(spec, channels, droplets, bodies);
+        if stored.planes.len() != specs.len() {
+            let (found, expected) = (stored.planes.len(), specs.len());
+            return Err(format!("it has {found} arrays instead of {expected}"));
+        }
+        let mut bytes = 0;
+        for (plane, spec) in stored.planes.iter().zip(&specs) {
+            bytes += plane.check(spec.layout)?;
+        }
+        if bytes != data.len() as u64 {
+            return Err(format!("its arrays take {bytes} bytes, {} are there", data.len()));
+        }
+        Ok(Self { stored, specs, data })
+    }
+
+    /// Totals of the frame.
+    pub(super) fn report(&self) -> Option<StepReport> {
+        self.stored.report.map(Into::into)
+    }
+
+    /// Bytes that the decoded arrays take, with the work array for interleaved ones.
+    pub(super) fn decoded_bytes(&self) -> u64 {
+        let arrays = self.specs.iter().map(|s| 4 * s.layout.count as u64);
+        arrays.clone().sum::<u64>() + arrays.max().unwrap_or(0)
+    }
+
+    /// The arrays with what is stored of them.
+    pub(super) fn planes(&self) -> impl Iterator<Item = (&PlaneSpec, &StoredPlane)> {
+        self.specs.iter().zip(&self.stored.planes)
+    }
+
+    /// Decodes into `out`, reusing its allocations; its time is the caller's.
+    pub(super) fn decode(
+        &self,
+        spec: GridSpec,
+        channels: Channels,
+        scratch: &mut Vec<f32>,
+        out: &mut Frame,
+    ) -> Result<(), String> {
+        out.prepare(spec, channels);
+        out.index = self.stored.index;
+        let mut source = PlaneReader {
+            structure: self,
+            next: 0,
+            data: self.data,
+            scratch,
+        };
+        source.scalars(out.elevation.as_mut_slice())?;
+        for (_, channel) in channels.iter() {
+            match channel {
+                Channels::DEPTH => source.scalars(grid_slice(&mut out.depth))?,
+                Channels::FOAM => source.scalars(grid_slice(&mut out.foam))?,
+                Channels::VELOCITY => source.vectors(grid_slice(&mut out.velocity))?,
+                Channels::DISPLACEMENT => source.vectors(grid_slice(&mut out.displacement))?,
+                Channels::DROPLETS => {
+                    let d = out.droplets.get_or_insert_default();
+                    let count = self.stored.droplets as usize;
+                    d.position.resize(count, Vec3::ZERO);
+                    d.velocity.resize(count, Vec3::ZERO);
+                    d.radius.resize(count, 0.0);
+                    source.components(&mut d.position, |v| v.as_mut())?;
+                    source.components(&mut d.velocity, |v| v.as_mut())?;
+                    source.scalars(&mut d.radius)?;
+                }
+                _ => {
+                    let mut rows = vec![[0.0; BODY]; self.stored.bodies as usize];
+                    source.components(&mut rows, |row| row)?;
+                    let bodies = out.bodies.get_or_insert_default();
+                    bodies.clear();
+                    bodies.extend(rows.into_iter().map(body_from_array));
+                }
+            }
+        }
+        out.check_finite().map_err(|e| e.to_string())
+    }
+}
+
+fn grid_slice<T>(grid: &mut Option<Grid<T>>) -> &mut [T] {
+    grid.as_mut().map_or(&mut [], Grid::as_mut_slice)
+}
+
+/// Hands out the arrays of a frame one after the other.
+struct PlaneReader<'a, 's> {
+    structure: &'a Structure<'a>,
+    next: usize,
+    data: &'a [u8],
+    scratch: &'s mut Vec<f32>,
+}
+
+impl PlaneReader<'_, '_> {
+    fn scalars(&mut self, out: &mut [f32]) -> Result<(), String> {
+        let at = self.next;
+        self.next += 1;
+        let (Some(plane), Some(spec)) = (self.structure.stored.planes.get(at), self.structure.specs.get(at))
+        else {
+            return Err("it has too few arrays".to_owned());
+        };
+        plane
+            .unpack(&mut self.data, spec.layout, out)
+            .map_err(|e| format!("channel `{}`: {e}", spec.channel))
+    }
+
+    fn vectors(&mut self, out: &mut [Vec2]) -> Result<(), String> {
+        self.components(out, |v| v.as_mut())
+    }
+
+    /// Fills `N` components of each element from `N` arrays.
+    fn components<T, const N: usize>(
+        &mut self,
+        out: &mut [T],
+        parts: fn(&mut T) -> &mut [f32; N],
+    ) -> Result<(), String> {
+        let mut scratch = std::mem::take(self.scratch);
+        scratch.resize(out.len(), 0.0);
+        for n in 0..N {
+            self.scalars(&mut scratch)?;
+            for (element, &value) in out.iter_mut().zip(&scratch) {
+                parts(element)[n] = value;
+            }
+        }
+        *self.scratch = scratch;
+        Ok(())
+    }
+}
