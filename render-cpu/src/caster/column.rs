@@ -6,7 +6,7 @@
 //! slip between them.
 
 use super::surface::{Layout, Patch, Surface, lerp};
-use super::walk::{Walk, cell};
+use super::walk::{Walk, cell, larger, smaller};
 use super::{Hit, Ray};
 use glam::DVec3;
 
@@ -25,27 +25,28 @@ pub(crate) enum Side {
 pub(crate) struct Crossing {
     pub(crate) t: f64,
     /// Cell along the major and the minor axis.
-    pub(crate) major: usize,
-    pub(crate) minor: usize,
+    pub(crate) major: u32,
+    pub(crate) minor: u32,
 }
 
 impl Crossing {
     /// What a caller is told.
     #[inline(always)]
     pub(crate) fn hit(&self, surface: &Surface, ray: &Ray, walk: &Walk) -> Hit {
-        let u = walk.major.at(self.t) - self.major as f64;
-        let v = walk.minor.at(self.t) - self.minor as f64;
+        let u = walk.major.at(self.t) - f64::from(self.major);
+        let v = walk.minor.at(self.t) - f64::from(self.minor);
         let (i, j, u, v) = if walk.major_is_x {
             (self.major, self.minor, u, v)
         } else {
             (self.minor, self.major, v, u)
         };
         let point = ray.at(self.t);
+        let (height, normal) = surface.height_and_normal(i, j, u, v);
         Hit {
             t: self.t,
-            position: DVec3::new(point.x, surface.height(i, j, u, v), point.z),
-            normal: surface.normal(i, j, u, v),
-            cell: (i as u32, j as u32),
+            position: DVec3::new(point.x, height, point.z),
+            normal,
+            cell: (i, j),
         }
     }
 }
@@ -82,7 +83,7 @@ impl<'a> Columns<'a> {
         };
         if columns.side == Side::On {
             let minor = cell(walk.minor.at(walk.start), layout.minor_cells);
-            let above = columns.inside(walk.first as usize, minor, walk.start);
+            let above = columns.inside(walk.first, minor, walk.start);
             if above > walk.rounding {
                 columns.side = Side::Above;
             } else if above < -walk.rounding {
@@ -95,15 +96,12 @@ impl<'a> Columns<'a> {
     /// The first crossing in the column `major`. Columns must be asked in the order of travel; those that certainly
     /// hold no crossing may be left out once the side is known.
     #[inline(always)]
-    pub(crate) fn crossing(&mut self, major: usize) -> Option<Crossing> {
+    pub(crate) fn crossing(&mut self, major: u32) -> Option<Crossing> {
         let walk = self.walk;
-        let forward = usize::from(walk.forward());
+        let forward = u32::from(walk.forward());
         let (near, far) = (major + 1 - forward, major + forward);
-        let (is_first, is_last) = (major == walk.first as usize, major == walk.last as usize);
-        let within = |t: f64| {
-            let t = if t > walk.start { t } else { walk.start };
-            if t < walk.end { t } else { walk.end }
-        };
+        let (is_first, is_last) = (major == walk.first, major == walk.last);
+        let within = |t: f64| smaller(larger(t, walk.start), walk.end);
         let t_near = if is_first {
             walk.start
         } else {
@@ -131,7 +129,7 @@ impl<'a> Columns<'a> {
             } else {
                 (row, row - 1)
             };
-            let t = walk.minor.time(line).max(from.t).min(t_far);
+            let t = smaller(larger(walk.minor.time(line), from.t), t_far);
             let to = Place {
                 t,
                 f: self.on_row(major, line, t),
@@ -152,7 +150,7 @@ impl<'a> Columns<'a> {
 
     /// The first crossing between two places within one cell.
     #[inline(always)]
-    fn segment(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<Crossing> {
+    fn segment(&mut self, major: u32, minor: u32, from: Place, to: Place) -> Option<Crossing> {
         let t = match self.layout.patch {
             Patch::Bilinear => {
                 let [h00, h10, h01, h11] = self.corners(major, minor);
@@ -169,15 +167,15 @@ impl<'a> Columns<'a> {
     }
 
     /// As [`Self::segment`] where the diagonal, on which both coordinates within the cell are equal, may lie between.
-    fn two_triangles(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<f64> {
+    fn two_triangles(&mut self, major: u32, minor: u32, from: Place, to: Place) -> Option<f64> {
         let walk = self.walk;
-        let gap = |t: f64| (walk.major.at(t) - major as f64) - (walk.minor.at(t) - minor as f64);
+        let gap = |t: f64| (walk.major.at(t) - f64::from(major)) - (walk.minor.at(t) - f64::from(minor));
         let (a, b) = (gap(from.t), gap(to.t));
         if (a > 0.0) == (b > 0.0) {
             return self.piece(from, to, 0.0);
         }
         let t = lerp(from.t, to.t, a / (a - b)).max(from.t).min(to.t);
-        let u = walk.major.at(t) - major as f64;
+        let u = walk.major.at(t) - f64::from(major);
         let [h00, _, _, h11] = self.corners(major, minor);
         let between = Place {
             t,
@@ -218,7 +216,7 @@ impl<'a> Columns<'a> {
 
     /// The samples of a cell: `[h00, h10, h01, h11]`, the first index along the major axis.
     #[inline(always)]
-    fn corners(&self, major: usize, minor: usize) -> [f64; 4] {
+    fn corners(&self, major: u32, minor: u32) -> [f64; 4] {
         [
             self.layout.sample(major, minor),
             self.layout.sample(major + 1, minor),
@@ -229,8 +227,8 @@ impl<'a> Columns<'a> {
 
     /// Height of the ray above the surface at `t`, on the line between two columns.
     #[inline(always)]
-    fn on_line(&self, line: usize, row: usize, t: f64) -> f64 {
-        let v = self.walk.minor.at(t) - row as f64;
+    fn on_line(&self, line: u32, row: u32, t: f64) -> f64 {
+        let v = self.walk.minor.at(t) - f64::from(row);
         self.walk.height(t)
             - lerp(
                 self.layout.sample(line, row),
@@ -241,8 +239,8 @@ impl<'a> Columns<'a> {
 
     /// Height of the ray above the surface at `t`, on the line between two rows.
     #[inline(always)]
-    fn on_row(&self, column: usize, line: usize, t: f64) -> f64 {
-        let u = self.walk.major.at(t) - column as f64;
+    fn on_row(&self, column: u32, line: u32, t: f64) -> f64 {
+        let u = self.walk.major.at(t) - f64::from(column);
         self.walk.height(t)
             - lerp(
                 self.layout.sample(column, line),
@@ -253,9 +251,9 @@ impl<'a> Columns<'a> {
 
     /// Height of the ray above the surface at `t`, within a cell.
     #[inline(always)]
-    fn inside(&self, major: usize, minor: usize, t: f64) -> f64 {
-        let u = self.walk.major.at(t) - major as f64;
-        let v = self.walk.minor.at(t) - minor as f64;
+    fn inside(&self, major: u32, minor: u32, t: f64) -> f64 {
+        let u = self.walk.major.at(t) - f64::from(major);
+        let v = self.walk.minor.at(t) - f64::from(minor);
         let [a, b, c, d] = self.corners(major, minor);
         let height = match self.layout.patch {
             Patch::Bilinear => lerp(lerp(a, b, u), lerp(c, d, u), v),

@@ -53,7 +53,7 @@ pub struct Settings {
     pub interface_depth: u32,
     /// A branch whose share of the pixel is smaller is left to the other branch. Default 0.002.
     pub cutoff: f32,
-    /// Distance in metres at which haze leaves 2 % of contrast; `None` for perfectly clear air. Default 60 km.
+    /// Distance in metres at which haze leaves 2 % of contrast; `None` for perfectly clear air. Default 150 km, very clear air.
     pub visual_range: Option<f32>,
     /// RMS slope of ripples finer than the surface's grid; widens the mirror image of sun and sky. Default 0.
     pub roughness: f32,
@@ -64,7 +64,7 @@ impl Default for Settings {
         Self {
             interface_depth: 3,
             cutoff: 2e-3,
-            visual_range: Some(60_000.0),
+            visual_range: Some(150_000.0),
             roughness: 0.0,
         }
     }

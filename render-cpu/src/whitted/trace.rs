@@ -1,7 +1,7 @@
 //! The recursion: what a ray brings back.
 
 use super::Settings;
-use super::light::DIFFUSE_PATH;
+use super::light::{DIFFUSE_PATH, Disc};
 use super::world::{Hit, Medium, What, World, in_plan};
 use crate::caster::Ray;
 use glam::{DVec3, Vec2, Vec3};

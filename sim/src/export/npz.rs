@@ -62,6 +62,8 @@ pub(super) struct Npz {
     arrays: Vec<Array>,
     /// Arrays that are complete from the first frame on.
     fixed: Vec<Fixed>,
+    /// Frames and droplets so far.
+    frames: u64,
     droplets: u64,
 }
 
@@ -72,6 +74,7 @@ impl Npz {
             staged: Some(Staged::create(out)?),
             arrays: Vec::new(),
             fixed: Vec::new(),
+            frames: 0,
             droplets: 0,
         })
     }
@@ -126,10 +129,10 @@ impl Npz {
         let Some(mut staged) = self.staged.take() else {
             return Ok(0);
         };
-        let (arrays, fixed) = (&mut self.arrays, &self.fixed);
+        let (arrays, fixed, frames) = (&mut self.arrays, &self.fixed, self.frames);
         staged.write(|file| {
             let mut zip = ZipWriter::new(file);
-            match fill(&mut zip, arrays, fixed) {
+            match fill(&mut zip, arrays, fixed, frames) {
                 Ok(()) => zip.finish().map(drop).map_err(io::Error::from),
                 Err(error) => {
                     // Dropped, it would try once more to end the archive, and print that it cannot.
@@ -143,10 +146,11 @@ impl Npz {
 }
 
 /// Writes every array into the archive.
-fn fill(zip: &mut Zip<'_>, arrays: &mut [Array], fixed: &[Fixed]) -> io::Result<()> {
+fn fill(zip: &mut Zip<'_>, arrays: &mut [Array], fixed: &[Fixed], frames: u64) -> io::Result<()> {
     for array in arrays {
         let bytes = array.spool.bytes();
-        let mut shape = vec![if array.row > 0 { bytes / array.row } else { 0 }];
+        // Frames of an empty list have no bytes to be counted by.
+        let mut shape = vec![bytes.checked_div(array.row).unwrap_or(frames)];
         shape.extend(&array.tail);
         entry(zip, array.name, &header(array.kind, &shape), bytes)?;
         array.spool.copy_to(zip)?;
@@ -188,6 +192,7 @@ impl Sink for Npz {
         if self.fixed.is_empty() {
             self.begin(frame, ground);
         }
+        self.frames += 1;
         let (nx, nz) = (frame.spec().width() as u64, frame.spec().height() as u64);
         self.push("time", "f8", &[], &[frame.time])?;
         self.push("frame", "u8", &[], &[frame.index])?;
@@ -209,7 +214,7 @@ impl Sink for Npz {
             self.push("bodies", "f4", &[bodies.len() as u64, BODY as u64], &numbers)?;
         }
         if let Some(droplets) = &frame.droplets {
-            if self.droplets == 0 && !self.arrays.iter().any(|a| a.name == "droplets_offset") {
+            if self.frames == 1 {
                 self.push("droplets_offset", "u8", &[], &[0_u64])?;
             }
             self.droplets += droplets.len() as u64;

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 2 << 30;
+/// Share of a picture's brightest value by which a pixel may be below 0.
+const MOST_NEGATIVE: f32 = 0.25;
 
 /// Why a sky picture cannot be used.
 #[derive(Debug)]
@@ -30,7 +32,7 @@ pub enum SkyError {
         /// Width and height in pixels.
         size: UVec2,
     },
-    /// A pixel is NaN or infinite.
+    /// A pixel is NaN, infinite or negative.
     Pixel {
         /// The file.
         file: PathBuf,
@@ -66,7 +68,7 @@ impl Fault for SkyError {
             Self::Read(e) => e.remedy(),
             Self::Decode { .. } => "save the sky as an OpenEXR picture with channels R, G, B".into(),
             Self::Shape { .. } => "use an equirectangular picture, from zenith to nadir".into(),
-            Self::Pixel { .. } => "give every pixel a finite radiance".into(),
+            Self::Pixel { .. } => "give every pixel a finite radiance of 0 or more".into(),
         }
     }
 
@@ -91,8 +93,9 @@ impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
 
-    /// Reads an equirectangular OpenEXR picture. Negative components, which real pictures have, become 0, with a note
-    /// in the log; NaN and infinity are refused.
+    /// Reads an equirectangular OpenEXR picture. Negative radiance, which the resampling of pictures leaves
+    /// behind about a sun, becomes 0, with a warning in the log; more than a quarter of the brightest value is refused,
+    /// as NaN and infinity are.
     ///
     /// # Errors
     /// [`SkyError`]
@@ -115,7 +118,14 @@ impl Panorama {
             return Err(SkyError::Shape { file: file(), size });
         }
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
-        if let Some(k) = pixels.iter().position(|p| !p.is_finite()) {
+        // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
+        // fifth of the sun's own value.
+        let brightest = pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
+        let lowest = -MOST_NEGATIVE * brightest;
+        if let Some(k) = pixels
+            .iter()
+            .position(|p| !(p.is_finite() && p.min_element() >= lowest))
+        {
             let at = UVec2::new(k as u32 % size.x, k as u32 / size.x);
             return Err(SkyError::Pixel {
                 file: file(),
@@ -123,12 +133,10 @@ impl Panorama {
                 value: pixels[k],
             });
         }
-        // Resampling leaves dark rings about the sun, and a change of primaries colours that they cannot mix: nearly
-        // every real sky has components below 0.
         let negative = pixels.iter().filter(|p| p.min_element() < 0.0).count();
         if negative > 0 {
-            tracing::info!(
-                "{}: {negative} pixels had negative components, which were set to 0",
+            tracing::warn!(
+                "{}: {negative} pixels with negative radiance were set to 0",
                 path.display()
             );
             pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
@@ -184,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_refused_and_less_than_no_light_is_none() {
+    fn what_is_no_light_is_refused_and_a_little_less_than_none_is_none() {
         let message = |value: f32| {
             let (_dir, path) = save("s.exr", 8, 4, |x, y| {
                 if (x, y) == (5, 2) {
@@ -199,7 +207,7 @@ mod tests {
         };
         assert_eq!(message(2.5), Ok(2.5));
         assert_eq!(message(-0.01), Ok(0.0));
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5] {
             assert!(
                 message(bad)
                     .unwrap_err()
