@@ -1,5 +1,11 @@
 //! What acts on the water from outside: drops, pushes, rain; scheduled by a scene or sent live.
 
+mod schedule;
+pub(crate) mod stamp;
+
+pub use schedule::{Schedule, TICK};
+pub use stamp::{BUMP_VOLUME, PRESS_VOLUME};
+
 use glam::Vec2;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +42,67 @@ pub enum Action {
         /// Change of velocity at the centre in m/s (X, Z).
         velocity: Vec2,
     },
+}
+
+impl Action {
+    /// Name of the action as in scene files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Drop { .. } => "drop",
+            Self::Press { .. } => "press",
+            Self::Push { .. } => "push",
+        }
+    }
+
+    /// Checks what every solver needs: finite values and a positive radius.
+    ///
+    /// # Errors
+    /// [`EventError::Impossible`] names the first value that is not so.
+    pub fn check(&self) -> Result<(), EventError> {
+        let (position, radius, rest) = match *self {
+            Self::Drop {
+                position,
+                radius,
+                volume,
+            } => (position, radius, [("volume", volume), ("volume", volume)]),
+            Self::Press {
+                position,
+                radius,
+                depth,
+            } => (position, radius, [("depth", depth), ("depth", depth)]),
+            Self::Push {
+                position,
+                radius,
+                velocity,
+            } => (
+                position,
+                radius,
+                [("velocity x", velocity.x), ("velocity z", velocity.y)],
+            ),
+        };
+        let impossible = |quantity, value, remedy| EventError::Impossible {
+            action: self.name(),
+            quantity,
+            value,
+            remedy,
+        };
+        for (quantity, value) in [("position x", position.x), ("position z", position.y)]
+            .into_iter()
+            .chain(rest)
+        {
+            if !value.is_finite() {
+                return Err(impossible(quantity, value, "it must be a finite number"));
+            }
+        }
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(impossible(
+                "radius",
+                radius,
+                "it must be a positive length in metres",
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Why an action cannot be applied.

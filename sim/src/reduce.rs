@@ -29,6 +29,17 @@ pub fn reduce<T: Send + Sync + Copy>(
     partial.into_iter().fold(identity, fold)
 }
 
+/// Folds one value a block of `0..count` with `fold`, deterministically and in parallel: for callers that sum whole
+/// rows or tiles themselves, in order. `None` if `count` is 0.
+pub fn fold_blocks<T: Send>(
+    count: usize,
+    block: impl Fn(usize) -> T + Sync + Send,
+    fold: impl Fn(T, T) -> T,
+) -> Option<T> {
+    let partial: Vec<T> = (0..count).into_par_iter().map(block).collect();
+    partial.into_iter().reduce(fold)
+}
+
 /// Sum in f64 of `map` over `0..len`.
 pub fn sum(len: usize, map: impl Fn(usize) -> f64 + Sync) -> f64 {
     reduce(len, 0.0, map, |a, b| a + b)
@@ -76,6 +87,13 @@ mod tests {
             assert_eq!(one.to_bits(), in_pool(threads, || sum(100_003, value)).to_bits());
         }
         assert!((one - (0..100_003).map(value).sum::<f64>()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn blocks_are_folded_in_order() {
+        let text = in_pool(3, || fold_blocks(40, |k| k.to_string(), |a, b| a + &b));
+        assert_eq!(text, Some((0..40).map(|k| k.to_string()).collect()));
+        assert_eq!(fold_blocks(0, |k| k, |a, _| a), None);
     }
 
     #[test]

@@ -1,1 +1,127 @@
-//! The solvers of this build, and how a scene's solver is made.
+//! Which solvers there are, and building the one that a scene asks for.
+
+use crate::scene::Scene;
+use crate::scene::description::Solver as Choice;
+use crate::solver::{Solver, StepError};
+use serde::Serialize;
+
+/// Acceleration of gravity in m/s², the same for every solver: the rounded standard value that published benchmarks use.
+pub const GRAVITY: f64 = 9.81;
+
+/// A solver that this version knows.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SolverInfo {
+    /// Name as in scene files (`solver.kind`), which is also the name of its Cargo feature.
+    pub name: &'static str,
+    /// What it computes, in one line.
+    pub summary: &'static str,
+    /// Whether this build contains it.
+    pub compiled: bool,
+}
+
+/// Every solver of this version, compiled in or not.
+pub fn available() -> Vec<SolverInfo> {
+    vec![
+        SolverInfo {
+            name: "wave-equation",
+            summary: "linear waves on a grid: explicit leap-frog, or implicit and stable at any step",
+            compiled: cfg!(feature = "wave-equation"),
+        },
+        SolverInfo {
+            name: "procedural",
+            summary: "sums of directional sines and Gerstner waves with exact dispersion, in closed form",
+            compiled: cfg!(feature = "procedural"),
+        },
+        SolverInfo {
+            name: "shallow-water",
+            summary: "shallow-water equations: floods, dam breaks, moving shorelines",
+            compiled: cfg!(feature = "shallow-water"),
+        },
+    ]
+}
+
+/// Why a solver cannot be built for a scene.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// The solver was left out of this build.
+    #[error(
+        "solver `{solver}` is not compiled in; build with the Cargo feature `{solver}`, or choose one of: {compiled}"
+    )]
+    NotCompiled {
+        /// Name of the solver and of its feature.
+        solver: &'static str,
+        /// The solvers that this build contains.
+        compiled: String,
+    },
+    /// The scene asks a builder for something that another solver does.
+    #[error("the scene asks for solver `{found}`, not for `{expected}`; build it with `solvers::build`")]
+    WrongSolver {
+        /// The solver that was to be built.
+        expected: &'static str,
+        /// The one that the scene names.
+        found: &'static str,
+    },
+    /// The scene holds a value that this solver cannot work with.
+    #[error("{key}: {message}; {remedy}")]
+    Impossible {
+        /// The key of the scene file.
+        key: String,
+        /// What is wrong, with the value.
+        message: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// The scene's step cannot be used.
+    #[error("solver.step: {0}")]
+    Step(#[from] StepError),
+}
+
+impl BuildError {
+    /// A [`BuildError::Impossible`].
+    pub(crate) fn impossible(
+        key: impl Into<String>,
+        message: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Impossible {
+            key: key.into(),
+            message: message.into(),
+            remedy: remedy.into(),
+        }
+    }
+}
+
+/// Name of the solver that a scene asks for.
+pub fn name_of(choice: &Choice) -> &'static str {
+    match choice {
+        Choice::WaveEquation(_) => "wave-equation",
+        Choice::Procedural(_) => "procedural",
+        Choice::ShallowWater(_) => "shallow-water",
+    }
+}
+
+/// The solver that `scene` asks for, in its initial state.
+///
+/// # Errors
+/// [`BuildError`] if the solver is not compiled in or cannot work with the scene's values.
+pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
+    match &scene.description.solver {
+        #[cfg(feature = "wave-equation")]
+        Choice::WaveEquation(_) => Ok(Box::new(crate::wave_equation::WaveEquation::from_scene(scene)?)),
+        #[cfg(feature = "procedural")]
+        Choice::Procedural(_) => Ok(Box::new(crate::procedural::Procedural::from_scene(scene)?)),
+        #[cfg(feature = "shallow-water")]
+        Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
+        #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
+        other => Err(BuildError::NotCompiled {
+            solver: name_of(other),
+            compiled: available()
+                .into_iter()
+                .filter(|s| s.compiled)
+                .map(|s| s.name)
+                .collect::<Vec<_>>()
+                .join(", "),
+        }),
+    }
+}

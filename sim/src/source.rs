@@ -1,6 +1,10 @@
 //! Frames from a live solver or a recording, indistinguishable to whoever consumes them.
 
-use crate::frame::Frame;
+mod live;
+
+pub use live::LiveSource;
+
+use crate::frame::{Frame, NonFiniteFrame};
 use crate::solver::{StepError, StepReport};
 
 /// What reading a frame did.
@@ -25,6 +29,9 @@ pub enum SourceError {
     /// The recording could not be read.
     #[error(transparent)]
     Recording(#[from] crate::recording::RecordingError),
+    /// The solver handed out a value that is not a number.
+    #[error(transparent)]
+    NonFinite(#[from] NonFiniteFrame),
 }
 
 /// A sequence of frames in order of time.

@@ -1,2 +1,7 @@
 //! Simulate, record, render, export and compare water surfaces.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(meniscus::cli::run(std::env::args_os()))
+}

@@ -2,9 +2,9 @@
 //! `docs/scene-file.md`, which a test keeps complete.
 
 use crate::optics;
-use glam::{Quat, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use glam::{DVec2, Quat, Vec2, Vec3};
+use serde::{Deserialize, Serialize, Serializer};
+use std::path::{Path, PathBuf};
 
 /// A whole scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,7 +13,7 @@ pub struct Description {
     /// Name for titles and reports.
     pub name: String,
     /// Seed of everything random.
-    #[serde(default)]
+    #[serde(default, with = "seed_text")]
     pub seed: u64,
     /// Default length of a recording in seconds.
     #[serde(default = "default_duration")]
@@ -124,6 +124,7 @@ pub enum Initial {
     /// Elevation above datum from a `.npy` array of shape `(nz, nx)`, stretched over the domain.
     Array {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
     },
 }
@@ -140,46 +141,63 @@ pub enum Terrain {
     /// A 16-bit (or 8-bit) grey PNG; X runs right, Z runs down the image.
     Image {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// Distance between pixels along X and Z, metres; unequal distances are resampled to the smaller.
         pixel_size: Vec2,
         /// Metres a grey step.
-        #[serde(default = "one")]
-        scale: f32,
+        #[serde(default = "one_wide")]
+        scale: f64,
         /// Height of grey 0 above datum, metres.
         #[serde(default)]
-        offset: f32,
+        offset: f64,
         /// First pixel and size in pixels of the part to use: `[x, y, width, height]`; default: all.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         crop: Option<[u32; 4]>,
+        /// Where the first sample stands, metres (X, Z).
+        #[serde(default)]
+        origin: Vec2,
     },
     /// A NumPy array of shape `(nz, nx)`.
     Npy {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// Distance between samples along X and Z, metres.
         pixel_size: Vec2,
         /// Metres a unit.
-        #[serde(default = "one")]
-        scale: f32,
+        #[serde(default = "one_wide")]
+        scale: f64,
         /// Height of value 0 above datum, metres.
         #[serde(default)]
-        offset: f32,
+        offset: f64,
+        /// Where the first sample stands, metres (X, Z).
+        #[serde(default)]
+        origin: Vec2,
     },
     /// An ESRI ASCII grid; its first row is the northern one and becomes the smallest Z.
     AsciiGrid {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// Metres a unit of height.
-        #[serde(default = "one")]
-        scale: f32,
+        #[serde(default = "one_wide")]
+        scale: f64,
         /// Height of value 0 above datum, metres.
         #[serde(default)]
-        offset: f32,
+        offset: f64,
+        /// Height above datum that samples without data get, metres; absent: a grid with such samples is refused.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        nodata_height: Option<f64>,
+        /// Easting and northing in the grid's own metres that become X = 0, Z = 0; default: those of the first (north
+        /// western) sample.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        map_origin: Option<DVec2>,
     },
     /// Scattered `x y z` soundings, interpolated by natural neighbours.
     Soundings {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// What x and y are.
         #[serde(default)]
@@ -187,15 +205,23 @@ pub enum Terrain {
         /// Spacing of the grid that they are interpolated to, metres.
         spacing: f32,
         /// Metres a unit of height.
-        #[serde(default = "one")]
-        scale: f32,
+        #[serde(default = "one_wide")]
+        scale: f64,
         /// Height of value 0 above datum, metres.
         #[serde(default)]
-        offset: f32,
+        offset: f64,
+        /// The first two numbers of a sounding that becomes X = 0, Z = 0, and about which longitude and latitude are
+        /// projected; default: (0, 0) for metres, the centre of the soundings for longitude and latitude.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        map_origin: Option<DVec2>,
     },
 }
 
 fn one() -> f32 {
+    1.0
+}
+
+fn one_wide() -> f64 {
     1.0
 }
 
@@ -438,6 +464,7 @@ pub enum Shape {
     /// A glTF or GLB model.
     Model {
         /// The file, relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// Metres a model unit.
         #[serde(default = "one")]
@@ -521,6 +548,7 @@ pub enum Sky {
     /// An equirectangular HDR picture.
     Picture {
         /// The file (EXR), relative to the scene file.
+        #[serde(serialize_with = "path_text")]
         file: PathBuf,
         /// Turn about +Y in degrees.
         #[serde(default)]
@@ -665,6 +693,40 @@ impl Default for Recording {
             rate: 30.0,
             channels: None,
             tolerance: 0.0,
+        }
+    }
+}
+
+/// File names as text. One that is not Unicode has no TOML form; its odd bytes become U+FFFD.
+fn path_text<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
+/// Seeds are whole numbers; TOML's end at 2⁶³ − 1, larger ones are written as texts such as `"0xffffffffffffffff"`.
+mod seed_text {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Seed {
+        Number(u64),
+        Text(String),
+    }
+
+    pub(super) fn serialize<S: Serializer>(seed: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        match i64::try_from(*seed) {
+            Ok(number) => serializer.serialize_i64(number),
+            Err(_) => serializer.serialize_str(&format!("{seed:#x}")),
+        }
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        match Seed::deserialize(deserializer)? {
+            Seed::Number(seed) => Ok(seed),
+            Seed::Text(text) => text
+                .strip_prefix("0x")
+                .and_then(|digits| u64::from_str_radix(digits, 16).ok())
+                .ok_or_else(|| de::Error::custom("a seed is a whole number from 0 to 2^64 - 1")),
         }
     }
 }

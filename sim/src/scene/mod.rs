@@ -1,6 +1,26 @@
 //! Scenes: what a scene file says ([`description`]) and the same with every file it names read and checked ([`Scene`]).
 
+mod check;
 pub mod description;
+mod document;
+mod fault;
+mod layout;
+mod load;
+mod motion;
+#[cfg(test)]
+mod page;
+mod problem;
+mod report;
+mod schema;
+mod sky;
+mod suggest;
+mod units;
+mod validate;
+
+pub use fault::ReadError;
+pub(crate) use fault::{Fault, display_fault, read_file, read_text};
+pub use problem::{Problem, SceneError};
+pub use sky::SkyError;
 
 use crate::grid::{Grid, GridSpec};
 use crate::mesh::TriangleMesh;
@@ -41,5 +61,21 @@ impl Scene {
         let terrain = self.terrain.as_ref()?;
         let spec = self.grid;
         Some(Grid::from_fn(spec, |i, j| terrain.sample(spec.position(i, j))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn the_ripple_tank_loads() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/scenes/ripple-tank.toml");
+        let scene = Scene::load(Path::new(path), &[]).unwrap();
+        assert_eq!(scene.grid.size, UVec2::new(33, 33));
+        assert_eq!(scene.ground_on_grid().unwrap().range(), (-0.25, -0.25));
+        let text = scene.description.to_toml();
+        assert_eq!(toml::from_str::<Description>(&text).unwrap(), scene.description);
     }
 }

@@ -1,1 +1,20 @@
-//! shallow_water
+//! Shallow-water equations: well-balanced finite volumes in f32 or f64.
+
+mod actions;
+pub mod analytic;
+mod boundary;
+pub mod cases;
+mod checkpoint;
+mod edges;
+mod finite_volume;
+mod from_scene;
+mod real;
+mod settings;
+mod solver;
+mod storage;
+mod totals;
+
+pub use checkpoint::{Checkpoint, CheckpointError};
+pub use edges::{Condition, Edges, Series};
+pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
+pub use solver::ShallowWater;

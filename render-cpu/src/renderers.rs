@@ -1,0 +1,66 @@
+//! The renderers of this crate, by name.
+
+use crate::whitted::Whitted;
+use meniscus_sim::render::Renderer;
+
+/// A renderer that the command line may name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RendererInfo {
+    /// Name as on the command line.
+    pub name: &'static str,
+    /// One line on what it does.
+    pub summary: &'static str,
+    /// Why this machine or build cannot run it; `None` if it can.
+    pub unavailable: Option<String>,
+}
+
+/// There is no renderer of that name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no renderer `{name}`; there are {known}")]
+pub struct UnknownRenderer {
+    /// The name asked for.
+    pub name: String,
+    /// The names that there are.
+    pub known: String,
+}
+
+/// Every renderer of this crate.
+pub fn available() -> Vec<RendererInfo> {
+    vec![RendererInfo {
+        name: Whitted::NAME,
+        summary: "deterministic ray tracing on the CPU: Fresnel-weighted reflection and refraction, absorption, sun and sky",
+        unavailable: None,
+    }]
+}
+
+/// The renderer of that name, with its default settings.
+///
+/// # Errors
+/// [`UnknownRenderer`] lists the names.
+pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
+    match name {
+        Whitted::NAME => Ok(Box::new(Whitted::default())),
+        _ => Err(UnknownRenderer {
+            name: name.to_owned(),
+            known: available()
+                .iter()
+                .map(|r| format!("`{}`", r.name))
+                .collect::<Vec<_>>()
+                .join(", "),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_listed_renderer_can_be_built_and_others_are_refused() {
+        for info in available() {
+            assert_eq!(build(info.name).unwrap().name(), info.name);
+        }
+        let error = build("mirror").err().unwrap().to_string();
+        assert!(error.contains("mirror") && error.contains("`whitted`"), "{error}");
+    }
+}

@@ -1,0 +1,522 @@
+//! A heightfield that continues beyond its grid: the water surface and the ground.
+//!
+//! A grid ends, the world does not. Along a periodic axis the surface repeats. Elsewhere it is continued by an apron
+//! in which its mirror image fades into a level plane, and by that plane to the horizon. The apron is mirrored rather
+//! than clamped so that waves and hills go on as waves and hills; it meets the plane at exactly the same height, so
+//! that no ray can pass between them.
+
+use crate::caster::{Heightfield, HeightfieldError, Ray};
+use glam::{BVec2, DVec2, DVec3, UVec2, Vec2, dvec2, dvec3};
+use meniscus_sim::{Grid, GridSpec};
+use rayon::prelude::*;
+
+/// Tiles of a periodic surface that one ray is followed through; beyond them the surface is its mean plane with the
+/// slopes of the tile on it.
+const MAX_TILES: u32 = 96;
+
+/// How a grid is continued.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Continuation {
+    /// Axes (X, Z) along which the surface repeats with period `spacing · size`.
+    pub(super) periodic: BVec2,
+    /// Samples of apron beyond each edge of the other axes.
+    pub(super) apron: UVec2,
+    /// Height of the plane that the apron fades into, metres.
+    pub(super) level: f32,
+}
+
+/// Where a ray meets a [`Surface`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceHit {
+    /// Ray parameter: metres for unit directions.
+    pub(super) t: f64,
+    pub(super) position: DVec3,
+    /// Upward unit normal of what was hit.
+    pub(super) normal: DVec3,
+}
+
+/// A heightfield with its continuation and smooth slopes.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    field: Heightfield,
+    heights: Grid<f32>,
+    slopes: Grid<Vec2>,
+    low: DVec2,
+    high: DVec2,
+    period: DVec2,
+    range: (f64, f64),
+    how: Continuation,
+}
+
+impl Surface {
+    pub(super) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
+        let heights = continued(source, &how, None);
+        let slopes = slopes_of(&heights, how.periodic, None);
+        let mut surface = Self {
+            field: Heightfield::build(&heights)?,
+            heights,
+            slopes,
+            low: DVec2::ZERO,
+            high: DVec2::ZERO,
+            period: DVec2::ZERO,
+            range: (0.0, 0.0),
+            how,
+        };
+        surface.measure(source.spec());
+        Ok(surface)
+    }
+
+    /// The same for new heights, reusing what is allocated.
+    pub(super) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
+        let old = std::mem::replace(&mut self.heights, Grid::filled(UNIT, 0.0));
+        self.heights = continued(source, &how, Some(old));
+        let old = std::mem::replace(&mut self.slopes, Grid::filled(UNIT, Vec2::ZERO));
+        self.slopes = slopes_of(&self.heights, how.periodic, Some(old));
+        self.field.rebuild(&self.heights)?;
+        self.how = how;
+        self.measure(source.spec());
+        Ok(())
+    }
+
+    fn measure(&mut self, source: &GridSpec) {
+        let spec = self.heights.spec();
+        self.low = spec.origin.as_dvec2();
+        self.high = self.low + f64::from(spec.spacing) * (spec.size.as_dvec2() - 1.0);
+        self.period = f64::from(source.spacing) * source.size.as_dvec2();
+        let (low, high) = self.heights.range();
+        self.range = (f64::from(low), f64::from(high));
+    }
+
+    pub(super) fn spacing(&self) -> f64 {
+        f64::from(self.heights.spec().spacing)
+    }
+
+    /// Whether the point lies on the grid or its apron (always, along a periodic axis).
+    fn covers(&self, p: DVec2) -> bool {
+        (self.how.periodic.x || (p.x >= self.low.x && p.x <= self.high.x))
+            && (self.how.periodic.y || (p.y >= self.low.y && p.y <= self.high.y))
+    }
+
+    /// The same point in the tile that is stored.
+    fn wrapped(&self, mut p: DVec2) -> DVec2 {
+        if self.how.periodic.x {
+            p.x = self.low.x + (p.x - self.low.x).rem_euclid(self.period.x);
+        }
+        if self.how.periodic.y {
+            p.y = self.low.y + (p.y - self.low.y).rem_euclid(self.period.y);
+        }
+        p
+    }
+
+    /// Height anywhere.
+    pub(super) fn height(&self, p: DVec2) -> f64 {
+        if !self.covers(p) {
+            return f64::from(self.how.level);
+        }
+        let spec = self.heights.spec();
+        let g = (self.wrapped(p) - self.low) / f64::from(spec.spacing);
+        let max = spec.size.as_dvec2() - 1.0;
+        let g = g.clamp(DVec2::ZERO, max);
+        let i = (g.x as usize).min(spec.width().saturating_sub(2));
+        let j = (g.y as usize).min(spec.height().saturating_sub(2));
+        let f = g - dvec2(i as f64, j as f64);
+        let at = |i: usize, j: usize| f64::from(self.heights[(i, j)]);
+        let low = at(i, j) * (1.0 - f.x) + at(i + 1, j) * f.x;
+        let high = at(i, j + 1) * (1.0 - f.x) + at(i + 1, j + 1) * f.x;
+        low * (1.0 - f.y) + high * f.y
+    }
+
+    /// Slope (∂y/∂x, ∂y/∂z) of the smooth surface: fourth-order differences at the samples, interpolated by
+    /// Catmull–Rom splines, hence continuous with its first derivative. Also the largest change of slope a metre.
+    pub(super) fn slope(&self, p: DVec2) -> (Vec2, f32) {
+        if !self.covers(p) {
+            return (Vec2::ZERO, 0.0);
+        }
+        let spec = self.heights.spec();
+        let g = (self.wrapped(p) - self.low) / f64::from(spec.spacing);
+        let (i, j) = (g.x.floor(), g.y.floor());
+        let f = (g - dvec2(i, j)).as_vec2();
+        let (i, j) = (i as isize, j as isize);
+        let (wx, wz) = (catmull_rom(f.x), catmull_rom(f.y));
+        let (w, h) = (spec.width(), spec.height());
+        let (px, pz) = (self.how.periodic.x, self.how.periodic.y);
+        let data = self.slopes.as_slice();
+        let mut slope = Vec2::ZERO;
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for (b, wz) in wz.into_iter().enumerate() {
+            let row = neighbour(j + b as isize - 1, h, pz) * w;
+            for (a, wx) in wx.into_iter().enumerate() {
+                let s = data[row + neighbour(i + a as isize - 1, w, px)];
+                slope += s * (wx * wz);
+                if (a == 1 || a == 2) && (b == 1 || b == 2) {
+                    low = low.min(s);
+                    high = high.max(s);
+                }
+            }
+        }
+        (slope, (high - low).max_element() / spec.spacing)
+    }
+
+    /// First meeting of the ray with the surface, from either side, with `t` in `[0, t_max]`.
+    pub(super) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
+        let near = if self.how.periodic.any() {
+            self.cast_tiles(ray, t_max)
+        } else {
+            self.cast_grid(ray, DVec3::ZERO, 0.0, t_max)
+        };
+        if near.is_some() || self.how.periodic.all() {
+            return near;
+        }
+        self.cast_plane(ray, t_max)
+    }
+
+    fn cast_grid(&self, ray: &Ray, shift: DVec3, t_min: f64, t_max: f64) -> Option<SurfaceHit> {
+        let shifted = Ray {
+            origin: ray.origin - shift,
+            direction: ray.direction,
+        };
+        let hit = self.field.cast(&shifted, t_min, t_max)?;
+        Some(SurfaceHit {
+            t: hit.t,
+            position: hit.position + shift,
+            normal: hit.normal,
+        })
+    }
+
+    /// The level plane outside grid and apron. It overlaps the apron's last row by a hair, where both are level.
+    fn cast_plane(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
+        let t = (f64::from(self.how.level) - ray.origin.y) / ray.direction.y;
+        if !(t >= 0.0 && t <= t_max) {
+            return None;
+        }
+        let position = ray.origin + t * ray.direction;
+        let hair = 1e-9 * (self.high - self.low);
+        let inside = |p: f64, lo: f64, hi: f64, hair: f64, periodic: bool| {
+            periodic || (p > lo + hair && p < hi - hair)
+        };
+        let (lo, hi, per) = (self.low, self.high, self.how.periodic);
+        if inside(position.x, lo.x, hi.x, hair.x, per.x) && inside(position.z, lo.y, hi.y, hair.y, per.y) {
+            return None;
+        }
+        let level = f64::from(self.how.level);
+        Some(SurfaceHit {
+            t,
+            position: dvec3(position.x, level, position.z),
+            normal: DVec3::Y,
+        })
+    }
+
+    /// Follows the ray through the repetitions of the grid while it is between the lowest and the highest point.
+    fn cast_tiles(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
+        let (mut t, mut end) = (0.0_f64, t_max);
+        let d = ray.direction;
+        if d.y == 0.0 {
+            if ray.origin.y < self.range.0 || ray.origin.y > self.range.1 {
+                return None;
+            }
+        } else {
+            let (a, b) = (
+                (self.range.0 - ray.origin.y) / d.y,
+                (self.range.1 - ray.origin.y) / d.y,
+            );
+            t = t.max(a.min(b));
+            end = end.min(a.max(b));
+        }
+        for axis in [0, 2] {
+            let k = axis / 2;
+            if !self.how.periodic.test(k) && d[axis] != 0.0 {
+                let (a, b) = (
+                    (self.low[k] - ray.origin[axis]) / d[axis],
+                    (self.high[k] - ray.origin[axis]) / d[axis],
+                );
+                t = t.max(a.min(b));
+                end = end.min(a.max(b));
+            }
+        }
+        if !(t <= end) {
+            return None;
+        }
+        // A hair of the slab is given away on both sides, so that a ray along its border is not lost to rounding.
+        let hair = 1e-9 * (self.period.max_element() + t.abs());
+        (t, end) = ((t - hair).max(0.0), (end + hair).min(t_max));
+        let tile = |t: f64, axis: usize, k: usize| -> f64 {
+            if !self.how.periodic.test(k) {
+                return 0.0;
+            }
+            ((ray.origin[axis] + t * d[axis] - self.low[k]) / self.period[k]).floor()
+        };
+        let (mut tx, mut tz) = (tile(t, 0, 0), tile(t, 2, 1));
+        let leave = |n: f64, axis: usize, k: usize| -> f64 {
+            if !self.how.periodic.test(k) || d[axis] == 0.0 {
+                return f64::INFINITY;
+            }
+            let border = if d[axis] > 0.0 { n + 1.0 } else { n };
+            (self.low[k] + border * self.period[k] - ray.origin[axis]) / d[axis]
+        };
+        for _ in 0..MAX_TILES {
+            let (lx, lz) = (leave(tx, 0, 0), leave(tz, 2, 1));
+            let next = lx.min(lz).min(end);
+            let shift = dvec3(tx * self.period.x, 0.0, tz * self.period.y);
+            if let Some(hit) = self.cast_grid(ray, shift, t, next + hair) {
+                return Some(hit);
+            }
+            if next >= end {
+                return None;
+            }
+            if lx <= lz {
+                tx += d.x.signum();
+            } else {
+                tz += d.z.signum();
+            }
+            t = next.max(t);
+        }
+        // So far away and so flat: the mean plane.
+        let s = (f64::from(self.how.level) - ray.origin.y) / d.y;
+        let s = if s.is_finite() { s.clamp(t, end) } else { end };
+        s.is_finite().then(|| SurfaceHit {
+            t: s,
+            position: ray.origin + s * d,
+            normal: DVec3::Y,
+        })
+    }
+}
+
+const UNIT: GridSpec = GridSpec {
+    origin: Vec2::ZERO,
+    spacing: 1.0,
+    size: UVec2::ONE,
+};
+
+/// Bytes of a surface of that many samples: heights twice (once in the caster), slopes, block bounds.
+pub(super) fn bytes_for(samples: u64) -> u64 {
+    samples * (4 + 4 + 8) + samples / 64 * 12
+}
+
+/// Samples of a grid together with its continuation.
+pub(super) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
+    let size = continued_spec(spec, how).size;
+    u64::from(size.x) * u64::from(size.y)
+}
+
+fn continued_spec(spec: &GridSpec, how: &Continuation) -> GridSpec {
+    let pad = |periodic: bool, n: u32, apron: u32| {
+        // A periodic axis repeats its first sample at the end; a single sample becomes a level strip.
+        if periodic {
+            (0, n + 1)
+        } else {
+            (apron, (n + 2 * apron).max(2))
+        }
+    };
+    let (ax, nx) = pad(how.periodic.x, spec.size.x, how.apron.x);
+    let (az, nz) = pad(how.periodic.y, spec.size.y, how.apron.y);
+    GridSpec {
+        origin: spec.origin - spec.spacing * Vec2::new(ax as f32, az as f32),
+        spacing: spec.spacing,
+        size: UVec2::new(nx, nz),
+    }
+}
+
+/// Source index along one axis and the weight of the source against the level plane.
+fn continue_axis(k: usize, n: usize, periodic: bool, apron: usize) -> (usize, f32) {
+    if periodic {
+        return (k % n, 1.0);
+    }
+    let (last, x) = (n as isize - 1, k as isize - apron as isize);
+    let beyond = (-x).max(x - last).max(0);
+    if beyond == 0 || last == 0 {
+        return (
+            x.clamp(0, last) as usize,
+            if beyond == 0 || apron == 0 { 1.0 } else { 0.0 },
+        );
+    }
+    // Mirrored at the edge, as often as needed.
+    let m = x.rem_euclid(2 * last);
+    let mirrored = if m > last { 2 * last - m } else { m };
+    let s = (beyond as f32 / apron as f32).min(1.0);
+    (mirrored as usize, 1.0 - s * s * (3.0 - 2.0 * s))
+}
+
+fn continued(source: &Grid<f32>, how: &Continuation, reuse: Option<Grid<f32>>) -> Grid<f32> {
+    let spec = *source.spec();
+    let out_spec = continued_spec(&spec, how);
+    let mut out = reuse.unwrap_or_else(|| Grid::filled(out_spec, 0.0));
+    out.reshape(out_spec, 0.0);
+    let columns: Vec<(usize, f32)> = (0..out_spec.width())
+        .map(|i| continue_axis(i, spec.width(), how.periodic.x, how.apron.x as usize))
+        .collect();
+    out.as_mut_slice()
+        .par_chunks_mut(out_spec.width())
+        .enumerate()
+        .for_each(|(j, row)| {
+            let (sj, wj) = continue_axis(j, spec.height(), how.periodic.y, how.apron.y as usize);
+            let source = source.row(sj);
+            for (out, &(si, wi)) in row.iter_mut().zip(&columns) {
+                let (h, w) = (source[si], wi * wj);
+                *out = if w == 1.0 {
+                    h
+                } else {
+                    how.level + (h - how.level) * w
+                };
+            }
+        });
+    out
+}
+
+/// Index of a sample that may lie beyond the stored row of `n`; a periodic row stores its first sample twice.
+fn neighbour(k: isize, n: usize, periodic: bool) -> usize {
+    let last = n as isize - 1;
+    (if periodic {
+        k.rem_euclid(last.max(1))
+    } else {
+        k.clamp(0, last)
+    }) as usize
+}
+
+fn slopes_of(heights: &Grid<f32>, periodic: BVec2, reuse: Option<Grid<Vec2>>) -> Grid<Vec2> {
+    let spec = *heights.spec();
+    let (w, h) = (spec.width(), spec.height());
+    let mut slopes = reuse.unwrap_or_else(|| Grid::filled(spec, Vec2::ZERO));
+    slopes.reshape(spec, Vec2::ZERO);
+    let scale = 1.0 / spec.spacing;
+    slopes
+        .as_mut_slice()
+        .par_chunks_mut(w)
+        .enumerate()
+        .for_each(|(j, row)| {
+            let at = |i: usize, j: usize| heights.as_slice()[j * w + i];
+            for (i, out) in row.iter_mut().enumerate() {
+                *out = scale
+                    * Vec2::new(
+                        difference(i, w, periodic.x, |i| at(i, j)),
+                        difference(j, h, periodic.y, |j| at(i, j)),
+                    );
+            }
+        });
+    slopes
+}
+
+/// Derivative per sample at `k` of `n`: of fourth order inside, lower at the ends of a row that does not repeat.
+fn difference(k: usize, n: usize, periodic: bool, f: impl Fn(usize) -> f32) -> f32 {
+    let g = |d: isize| f(neighbour(k as isize + d, n, periodic));
+    if n < 2 {
+        0.0
+    } else if periodic || (k >= 2 && k + 2 < n) {
+        (8.0 * (g(1) - g(-1)) - (g(2) - g(-2))) / 12.0
+    } else if k >= 1 && k + 1 < n {
+        0.5 * (g(1) - g(-1))
+    } else {
+        g(1) - g(-1)
+    }
+}
+
+pub(super) fn catmull_rom(t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        -0.5 * t + t2 - 0.5 * t3,
+        1.0 - 2.5 * t2 + 1.5 * t3,
+        0.5 * t + 2.0 * t2 - 1.5 * t3,
+        -0.5 * t2 + 0.5 * t3,
+    ]
+}
+
+/// The heights that are drawn: the frame's elevation, moved where the frame displaces it, and sunk below the ground
+/// where it is dry.
+///
+/// Solvers let the surface of dry samples coincide with the ground. Ground of finer resolution dips below the chords
+/// between those samples and would show puddles there; dry samples without a wet neighbour are therefore lowered by
+/// more than the ground can dip within their cells. The neighbours of wet samples carry the waterline and stay.
+pub(super) fn drawable(
+    frame: &meniscus_sim::Frame,
+    ground: Option<&Grid<f32>>,
+    periodic: BVec2,
+    reuse: Option<Grid<f32>>,
+) -> Grid<f32> {
+    let spec = *frame.spec();
+    let mut out = reuse.unwrap_or_else(|| Grid::filled(spec, 0.0));
+    out.reshape(spec, 0.0);
+    match frame.displacement.as_ref().filter(|d| d.spec() == &spec) {
+        Some(moved) => super::choppy::undisplaced(&frame.elevation, moved, periodic, &mut out),
+        None => out.as_mut_slice().copy_from_slice(frame.elevation.as_slice()),
+    }
+    if let Some(ground) = ground.filter(|g| g.spec() == &spec) {
+        sink_dry(&mut out, ground);
+    }
+    out
+}
+
+/// Depth, relative to the deepest water of the frame, below which a sample counts as dry.
+const FILM: f32 = 1e-4;
+
+fn sink_dry(out: &mut Grid<f32>, ground: &Grid<f32>) {
+    let elevation = out.clone();
+    let (w, h) = (elevation.spec().width(), elevation.spec().height());
+    let (e, g) = (elevation.as_slice(), ground.as_slice());
+    let deepest = e.iter().zip(g).map(|(e, g)| e - g).fold(0.0, f32::max);
+    let film = FILM * deepest;
+    out.as_mut_slice()
+        .par_chunks_mut(w)
+        .enumerate()
+        .for_each(|(j, row)| {
+            for (i, out) in row.iter_mut().enumerate() {
+                let here = g[j * w + i];
+                let (mut wet, mut relief) = (false, 0.0_f32);
+                for nj in j.saturating_sub(1)..(j + 2).min(h) {
+                    for k in nj * w + i.saturating_sub(1)..nj * w + (i + 2).min(w) {
+                        wet |= e[k] - g[k] > film;
+                        relief = relief.max((g[k] - here).abs());
+                    }
+                }
+                if !wet {
+                    *out = here.min(*out) - 2.0 * relief - film;
+                }
+            }
+        });
+}
+
+/// Share of the sky's light that level ground gets between the heights around it: the mean of cos² of the horizon's
+/// elevation in eight directions.
+pub(super) fn openness(terrain: &Grid<f32>) -> Grid<f32> {
+    const DIRECTIONS: [(isize, isize); 8] = [
+        (1, 0),
+        (1, 1),
+        (0, 1),
+        (-1, 1),
+        (-1, 0),
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+    ];
+    let spec = *terrain.spec();
+    let (w, h) = (spec.width() as isize, spec.height() as isize);
+    let data = terrain.as_slice();
+    let mut out = Grid::filled(spec, 1.0);
+    out.as_mut_slice()
+        .par_chunks_mut(spec.width())
+        .enumerate()
+        .for_each(|(j, row)| {
+            for (i, out) in row.iter_mut().enumerate() {
+                let here = data[j * spec.width() + i];
+                let mut open = 0.0;
+                for (di, dj) in DIRECTIONS {
+                    let length = spec.spacing * ((di * di + dj * dj) as f32).sqrt();
+                    let mut steepest = 0.0_f32;
+                    // Steps that grow with distance: far hills need less care.
+                    let (mut n, mut step) = (1_isize, 1_isize);
+                    loop {
+                        let (x, z) = (i as isize + n * di, j as isize + n * dj);
+                        if x < 0 || z < 0 || x >= w || z >= h || n > 64 {
+                            break;
+                        }
+                        let rise = data[(z * w + x) as usize] - here;
+                        steepest = steepest.max(rise / (length * n as f32));
+                        step += n / 4;
+                        n += step;
+                        step = 1;
+                    }
+                    open += 1.0 / (1.0 + steepest * steepest);
+                }
+                *out = open / DIRECTIONS.len() as f32;
+            }
+        });
+    out
+}

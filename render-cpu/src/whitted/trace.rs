@@ -1,0 +1,475 @@
+//! The recursion: what a ray brings back.
+
+use super::Settings;
+use super::light::{DIFFUSE_PATH, Disc};
+use super::world::{Hit, Medium, What, World, in_plan};
+use crate::caster::Ray;
+use glam::{DVec3, Vec2, Vec3};
+use meniscus_sim::optics::{fresnel, reflect, refract};
+use std::f32::consts::PI;
+
+/// Interfaces at which a ray is still followed after it is no longer split.
+const UNSPLIT_INTERFACES: u32 = 8;
+/// Albedo of foam (Whitlock, Bartlett & Gurganus 1982: 0.4 to 0.9 fresh).
+const FOAM_ALBEDO: f32 = 0.75;
+/// Koschmieder: the extinction over the visual range leaves 2 % of contrast.
+const KOSCHMIEDER: f32 = 3.912;
+/// Extinction of haze for red, green, blue against the mean: air scatters blue most.
+const HAZE_TINT: Vec3 = Vec3::new(0.75, 1.0, 1.4);
+
+/// A ray with what it carries.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Path {
+    pub(super) ray: Ray,
+    pub(super) medium: Medium,
+    /// Width of the ray's cone at its origin, metres, and how fast it grows, metres a metre.
+    pub(super) width: f32,
+    pub(super) spread: f32,
+    /// Interfaces met so far.
+    pub(super) interfaces: u32,
+    /// Largest share that what this ray sees has in its pixel.
+    pub(super) weight: f32,
+}
+
+/// What a water interface does to a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interface {
+    /// Share reflected.
+    pub(super) fresnel: f32,
+    pub(super) reflected: Vec3,
+    /// `None` at total reflection.
+    pub(super) refracted: Option<Vec3>,
+    /// Geometric normal towards the side that the ray comes from.
+    pub(super) facing: DVec3,
+    /// Shading normal towards the side that the ray comes from.
+    pub(super) shading: Vec3,
+    pub(super) from_water: bool,
+    /// Largest change of the normal's direction a metre.
+    pub(super) curvature: f32,
+}
+
+/// Follows the rays of one thread.
+#[derive(Debug)]
+pub(super) struct Tracer<'a> {
+    pub(super) world: &'a World<'a>,
+    pub(super) settings: &'a Settings,
+    /// Point of the sun's disc that shadow rays of the present sample aim at.
+    pub(super) sun_point: [f32; 2],
+    /// Rays cast so far.
+    pub(super) rays: u64,
+}
+
+impl Tracer<'_> {
+    /// Radiance that the ray brings back.
+    pub(super) fn radiance(&mut self, path: Path) -> Vec3 {
+        self.rays += 1;
+        let hit = self.world.cast(&path.ray, path.medium, f64::INFINITY);
+        let direction = path.ray.direction.as_vec3();
+        match (hit, path.medium) {
+            (None, Medium::Air) => self.escaped(direction, path.spread),
+            (None, Medium::Water) => {
+                let depth = self.world.depth(path.ray.origin) as f32;
+                self.world.volume.scattered(depth, -direction.y, f32::INFINITY)
+            }
+            (Some(hit), Medium::Air) => {
+                let seen = self.surface(&path, &hit, Vec3::ONE);
+                self.through_air(seen, direction, hit.t as f32)
+            }
+            (Some(hit), Medium::Water) => {
+                let volume = self.world.volume;
+                let length = hit.t as f32;
+                if volume.is_clear() {
+                    return self.surface(&path, &hit, Vec3::ONE);
+                }
+                let left = volume.transmittance(length);
+                let depth = self.world.depth(path.ray.origin) as f32;
+                let added = volume.scattered(depth, -direction.y, length);
+                left * self.surface(&path, &hit, left) + added
+            }
+        }
+    }
+
+    fn escaped(&self, direction: Vec3, spread: f32) -> Vec3 {
+        let light = self.world.light;
+        let mut radiance = light.sky.radiance(direction, spread);
+        if let Some(sun) = &light.sun {
+            radiance += sun.disc(direction, spread);
+        }
+        radiance
+    }
+
+    /// Haze over a way through the air: what is lost is replaced by the colour of the horizon.
+    fn through_air(&self, seen: Vec3, direction: Vec3, length: f32) -> Vec3 {
+        let Some(range) = self.settings.visual_range else {
+            return seen;
+        };
+        let left = (HAZE_TINT * (-KOSCHMIEDER * length / range)).exp();
+        if left.min_element() > 0.9999 {
+            return seen;
+        }
+        seen * left + self.world.light.sky.haze(direction) * (1.0 - left)
+    }
+
+    /// `left` is the share of the surface's radiance that the medium lets through to the ray's origin.
+    fn surface(&mut self, path: &Path, hit: &Hit, left: Vec3) -> Vec3 {
+        let width = path.width + path.spread * hit.t as f32;
+        match hit.what {
+            What::Water { .. } => {
+                let weight = path.weight * left.max_element();
+                self.water(&Path { weight, ..*path }, hit, width)
+            }
+            What::Ground => self.ground(path, hit, width),
+            What::Wall => {
+                let color = self.world.look.wall();
+                self.lit(
+                    hit.position,
+                    hit.normal,
+                    hit.normal.as_vec3(),
+                    color,
+                    path.medium,
+                    1.0,
+                    self.world.hair,
+                )
+            }
+            What::Object { shading, color } => {
+                // A hole in a model may show its inside: both normals turn to the ray.
+                let away = hit.normal.dot(path.ray.direction) > 0.0;
+                let sign = if away { -1.0 } else { 1.0 };
+                let shading = (sign * shading).as_vec3();
+                self.lit(
+                    hit.position,
+                    sign * hit.normal,
+                    shading,
+                    color,
+                    path.medium,
+                    1.0,
+                    1e3 * self.world.hair,
+                )
+            }
+            What::Droplet { centre, radius } => self.droplet(path, hit, centre, radius, width),
+        }
+    }
+
+    /// What happens to a ray at a water surface.
+    pub(super) fn interface(&self, direction: DVec3, hit: &Hit, glass: bool) -> Interface {
+        let from_water = hit.normal.dot(direction) > 0.0;
+        let side = if from_water { -1.0 } else { 1.0 };
+        let facing = side * hit.normal;
+        let (smooth, curvature) = if glass {
+            (hit.normal.as_vec3(), 0.0)
+        } else {
+            let (slope, curvature) = self.world.water.slope(in_plan(hit.position));
+            (Vec3::new(-slope.x, 1.0, -slope.y).normalize(), curvature)
+        };
+        let d = direction.as_vec3();
+        let g = facing.as_vec3();
+        let shading = towards_ray(side as f32 * smooth, d);
+        let index = self.world.index;
+        let eta = if from_water { index } else { 1.0 / index };
+        let fresnel = fresnel(-d.dot(shading), eta);
+        Interface {
+            fresnel,
+            reflected: keep_side(reflect(d, shading), g),
+            refracted: refract(d, shading, eta).map(|t| keep_side(t, -g)),
+            facing,
+            shading,
+            from_water,
+            curvature,
+        }
+    }
+
+    fn water(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
+        let glass = matches!(hit.what, What::Water { glass: true });
+        let at = self.interface(path.ray.direction, hit, glass);
+        let foam = if glass { 0.0 } else { self.foam(hit.position) };
+        let water = if foam < 1.0 {
+            self.split(path, hit, &at, width)
+        } else {
+            Vec3::ZERO
+        };
+        if foam <= 0.0 {
+            return water;
+        }
+        let up = at.shading * at.shading.y.signum();
+        let albedo = Vec3::splat(FOAM_ALBEDO);
+        let white = self.lit(
+            hit.position,
+            hit.normal,
+            up,
+            albedo,
+            Medium::Air,
+            1.0,
+            self.world.hair,
+        );
+        water.lerp(white, foam)
+    }
+
+    fn foam(&self, p: DVec3) -> f32 {
+        let Some(foam) = self.world.foam else { return 0.0 };
+        let spec = foam.spec();
+        let q = spec.to_grid(in_plan(p).as_vec2());
+        let beyond = (-q).max(q - (spec.size.as_vec2() - Vec2::ONE)).max_element();
+        // Beyond the grid it fades within eight samples.
+        foam.sample(in_plan(p).as_vec2()).clamp(0.0, 1.0) * (1.0 - beyond / 8.0).clamp(0.0, 1.0)
+    }
+
+    /// Reflection and refraction at a water surface.
+    fn split(&mut self, path: &Path, hit: &Hit, at: &Interface, width: f32) -> Vec3 {
+        let settings = self.settings;
+        if path.interfaces >= settings.interface_depth + UNSPLIT_INTERFACES {
+            return self.given_up(path);
+        }
+        let cos = at.shading.dot(-path.ray.direction.as_vec3()).max(0.05);
+        // The cone widens by what the normal turns within it, twice for a mirror, (n − 1) times or so for a lens.
+        let turn = (at.curvature * width).min(0.5) + settings.roughness;
+        let after = |path: &Path, direction: Vec3, medium, spread: f32, share: f32| Path {
+            ray: Ray {
+                origin: hit.position
+                    + at.facing
+                        * if direction.dot(at.facing.as_vec3()) > 0.0 {
+                            self.world.hair
+                        } else {
+                            -self.world.hair
+                        },
+                direction: direction.as_dvec3().normalize(),
+            },
+            medium,
+            width,
+            spread,
+            interfaces: path.interfaces + 1,
+            weight: path.weight * share,
+        };
+        let (near, far) = if at.from_water {
+            (Medium::Water, Medium::Air)
+        } else {
+            (Medium::Air, Medium::Water)
+        };
+        let reflected = after(path, at.reflected, near, path.spread + 2.0 * turn, at.fresnel);
+        let Some(direction) = at.refracted else {
+            return self.radiance(reflected);
+        };
+        let refracted = after(
+            path,
+            direction,
+            far,
+            path.spread + 0.5 * turn / cos,
+            1.0 - at.fresnel,
+        );
+        if path.interfaces >= settings.interface_depth {
+            // No longer split: the likelier way stands for both.
+            return self.radiance(if at.fresnel > 0.5 { reflected } else { refracted });
+        }
+        if self.negligible(&reflected) {
+            return self.enter(refracted, hit);
+        }
+        if self.negligible(&refracted) {
+            return self.radiance(reflected);
+        }
+        at.fresnel * self.radiance(reflected) + (1.0 - at.fresnel) * self.enter(refracted, hit)
+    }
+
+    /// Whether a branch can be left to the other one: its share is below the cut-off, also of the sun.
+    fn negligible(&self, path: &Path) -> bool {
+        let cutoff = self.settings.cutoff;
+        path.weight < cutoff
+            && self.world.light.sun.is_none_or(|sun| {
+                let disc = sun.disc(path.ray.direction.as_vec3(), path.spread).max_element();
+                path.weight * disc < cutoff * sun.irradiance.max_element()
+            })
+    }
+
+    /// A refracted ray; where the water is thinner than the offset that keeps a ray off its own surface, the ground
+    /// is met at once.
+    fn enter(&mut self, path: Path, hit: &Hit) -> Vec3 {
+        if path.medium == Medium::Water && self.world.ground_height(path.ray.origin) >= path.ray.origin.y {
+            let normal = self.ground_normal(hit.position);
+            let hit = Hit {
+                t: 0.0,
+                normal,
+                what: What::Ground,
+                ..*hit
+            };
+            return self.ground(&path, &hit, path.width);
+        }
+        self.radiance(path)
+    }
+
+    /// After too many interfaces: the mean light of the medium.
+    fn given_up(&self, path: &Path) -> Vec3 {
+        let light = self.world.light;
+        match path.medium {
+            Medium::Air => light.sky.radiance(path.ray.direction.as_vec3(), 0.5),
+            Medium::Water => {
+                self.world
+                    .volume
+                    .scattered(self.world.depth(path.ray.origin) as f32, 1.0, f32::INFINITY)
+            }
+        }
+    }
+
+    fn ground_normal(&self, p: DVec3) -> DVec3 {
+        let slope = self
+            .world
+            .ground
+            .map_or(Vec2::ZERO, |g| g.slope(in_plan(p)).0)
+            .as_dvec2();
+        DVec3::new(-slope.x, 1.0, -slope.y).normalize()
+    }
+
+    fn ground(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
+        let Some(ground) = self.world.ground else {
+            return Vec3::ZERO;
+        };
+        let at = in_plan(hit.position);
+        let (slope, _) = ground.slope(at);
+        let above = -self.world.depth(hit.position) as f32;
+        // The footprint stretches where the ground is seen at a slant.
+        let cos = hit.normal.dot(path.ray.direction).abs().max(0.1) as f32;
+        let (albedo, slope) = self.world.look.shade(at, slope, above, width / cos.sqrt());
+        let normal = Vec3::new(-slope.x, 1.0, -slope.y).normalize();
+        let open = self.world.openness.map_or(1.0, |o| o.sample(at.as_vec2()));
+        // Where the smooth ground is in light but the flat facet turns from it, a shadow ray that starts on the facet
+        // would draw the facets: it starts a little above.
+        let lift = self.world.hair.max(if self.world.openness.is_some() {
+            0.02 * ground.spacing()
+        } else {
+            0.0
+        });
+        self.lit(hit.position, hit.normal, normal, albedo, path.medium, open, lift)
+    }
+
+    /// Radiance of a matt surface. `open` is the share of the sky that it sees, `lift` how far above the surface shadow
+    /// rays start.
+    #[allow(clippy::too_many_arguments)]
+    fn lit(
+        &mut self,
+        p: DVec3,
+        geometric: DVec3,
+        normal: Vec3,
+        albedo: Vec3,
+        medium: Medium,
+        open: f32,
+        lift: f64,
+    ) -> Vec3 {
+        let light = self.world.light;
+        let origin = p + geometric * lift;
+        match medium {
+            Medium::Air => {
+                let mut irradiance = light.ambient(normal) * open;
+                if let Some(sun) = &light.sun {
+                    let towards = sun.sample(self.sun_point);
+                    let cos = normal.dot(towards);
+                    if cos > 0.0 && !self.shadowed(origin, towards.as_dvec3(), f64::INFINITY) {
+                        irradiance += sun.irradiance * cos;
+                    }
+                }
+                albedo * irradiance / PI
+            }
+            Medium::Water => {
+                let volume = self.world.volume;
+                let depth = self.world.depth(p).max(0.0) as f32;
+                let sky =
+                    light.entering * light.sky.irradiance(Vec3::Y) * volume.diffuse_transmittance(depth);
+                // What faces down or sideways sees the lit bottom as far as it does not see the surface.
+                let up = 0.5 * (1.0 + normal.y);
+                let mut irradiance = sky * (up + (1.0 - up) * albedo) * open;
+                let mut level = sky;
+                if let Some(beam) = &light.beam {
+                    let path = depth / beam.direction.y;
+                    let strength = beam.irradiance * volume.transmittance(path);
+                    level += strength * beam.direction.y;
+                    let cos = normal.dot(beam.direction);
+                    if cos > 0.0 && !self.shadowed_below(origin, beam.direction, f64::from(path)) {
+                        irradiance += strength * cos;
+                    }
+                }
+                // Light that the bottom sends up is partly reflected back by the surface: the sum of the series.
+                let back = (1.0 - light.entering) * albedo * volume.transmittance(2.0 * DIFFUSE_PATH * depth);
+                let again = back / (1.0 - back).max(Vec3::splat(1e-3));
+                irradiance += again * level;
+                albedo * irradiance / PI
+            }
+        }
+    }
+
+    fn shadowed(&mut self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
+        self.rays += 1;
+        self.world.occluded(&Ray { origin, direction }, t_max)
+    }
+
+    /// Shadow under water: along the refracted beam to the level of the surface above, then on to the sun.
+    fn shadowed_below(&mut self, origin: DVec3, direction: Vec3, path: f64) -> bool {
+        let direction = direction.as_dvec3();
+        if self.shadowed(origin, direction, path) {
+            return true;
+        }
+        let Some(sun) = self.world.light.sun else {
+            return false;
+        };
+        let out = origin + direction * path;
+        self.shadowed(out, sun.sample(self.sun_point).as_dvec3(), f64::INFINITY)
+    }
+
+    /// A sphere of water in the air: reflected once, or refracted in and out.
+    fn droplet(&mut self, path: &Path, hit: &Hit, centre: DVec3, radius: f64, width: f32) -> Vec3 {
+        if path.interfaces >= self.settings.interface_depth + UNSPLIT_INTERFACES {
+            return self.given_up(path);
+        }
+        let index = self.world.index;
+        let d = path.ray.direction.as_vec3();
+        let n = hit.normal.as_vec3();
+        let share = fresnel(-d.dot(n), 1.0 / index);
+        let hair = self.world.hair;
+        let spread = path.spread + (width / radius as f32).min(0.5);
+        let next = |direction: Vec3, origin: DVec3, share: f32| Path {
+            ray: Ray {
+                origin,
+                direction: direction.as_dvec3().normalize(),
+            },
+            medium: Medium::Air,
+            width,
+            spread,
+            interfaces: path.interfaces + 1,
+            weight: path.weight * share,
+        };
+        let mirrored = next(reflect(d, n), hit.position + hair * hit.normal, share);
+        let Some(inside) = refract(d, n, 1.0 / index) else {
+            return self.radiance(mirrored);
+        };
+        // The chord ends where it makes the same angle with the sphere as at its start.
+        let chord = -2.0 * inside.as_dvec3().dot(hit.normal) * radius;
+        let exit = hit.position + chord * inside.as_dvec3();
+        let outwards = (exit - centre).normalize();
+        let Some(leaving) = refract(inside, -outwards.as_vec3(), index) else {
+            return self.radiance(mirrored);
+        };
+        let through = next(leaving, exit + hair * outwards, 1.0 - share);
+        let left = self.world.volume.transmittance(chord as f32);
+        if path.interfaces >= self.settings.interface_depth || share * path.weight < self.settings.cutoff {
+            return left * self.radiance(through);
+        }
+        share * self.radiance(mirrored) + (1.0 - share) * left * self.radiance(through)
+    }
+}
+
+/// The shading normal, tilted as far as needed to face the ray.
+fn towards_ray(normal: Vec3, direction: Vec3) -> Vec3 {
+    const LEAST: f32 = 1e-3;
+    let along = normal.dot(direction);
+    if along > -LEAST {
+        (normal - direction * (along + LEAST)).normalize()
+    } else {
+        normal
+    }
+}
+
+/// A direction on the side of `normal`, tilted as far as needed.
+fn keep_side(direction: Vec3, normal: Vec3) -> Vec3 {
+    const LEAST: f32 = 1e-4;
+    let along = direction.dot(normal);
+    if along < LEAST {
+        (direction + normal * (LEAST - along)).normalize()
+    } else {
+        direction
+    }
+}

@@ -1,0 +1,225 @@
+//! Sky pictures.
+
+use super::Panorama;
+use super::fault::{Fault, ReadError, display_fault, read_file};
+use glam::{UVec2, Vec3};
+use image::{ImageFormat, ImageReader};
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+/// Largest file in bytes.
+const MAX_BYTES: u64 = 2 << 30;
+/// Share of a picture's brightest value by which a pixel may be below 0.
+const MOST_NEGATIVE: f32 = 0.25;
+
+/// Why a sky picture cannot be used.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum SkyError {
+    /// The file could not be read.
+    Read(ReadError),
+    /// The picture cannot be decoded.
+    Decode {
+        /// The file.
+        file: PathBuf,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// It is not twice as wide as high.
+    Shape {
+        /// The file.
+        file: PathBuf,
+        /// Width and height in pixels.
+        size: UVec2,
+    },
+    /// A pixel is NaN, infinite or negative.
+    Pixel {
+        /// The file.
+        file: PathBuf,
+        /// Column and row from the top left.
+        at: UVec2,
+        /// Its red, green, blue.
+        value: Vec3,
+    },
+}
+
+impl Fault for SkyError {
+    fn what(&self) -> String {
+        match self {
+            Self::Read(e) => e.what(),
+            Self::Decode { reason, .. } => format!("this EXR picture cannot be read: {reason}"),
+            Self::Shape { size, .. } => {
+                format!(
+                    "the picture has {} x {} pixels; a whole sky is twice as wide as high",
+                    size.x, size.y
+                )
+            }
+            Self::Pixel { at, value, .. } => {
+                format!(
+                    "pixel ({}, {}) has the radiance {value}, which no light has",
+                    at.x, at.y
+                )
+            }
+        }
+    }
+
+    fn remedy(&self) -> String {
+        match self {
+            Self::Read(e) => e.remedy(),
+            Self::Decode { .. } => "save the sky as an OpenEXR picture with channels R, G, B".into(),
+            Self::Shape { .. } => "use an equirectangular picture, from zenith to nadir".into(),
+            Self::Pixel { .. } => "give every pixel a finite radiance of 0 or more".into(),
+        }
+    }
+
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Decode { file, .. } | Self::Shape { file, .. } | Self::Pixel { file, .. } => Some(file),
+            Self::Read(_) => None,
+        }
+    }
+
+    fn read_error(&self) -> Option<&ReadError> {
+        match self {
+            Self::Read(e) => Some(e),
+            _ => None,
+        }
+    }
+}
+
+display_fault!(SkyError);
+
+impl Panorama {
+    /// Largest height in pixels.
+    pub const MAX_HEIGHT: u32 = 8192;
+
+    /// Reads an equirectangular OpenEXR picture. Negative radiance, which the resampling of pictures leaves
+    /// behind about a sun, becomes 0, with a warning in the log; more than a quarter of the brightest value is refused,
+    /// as NaN and infinity are.
+    ///
+    /// # Errors
+    /// [`SkyError`]
+    pub fn load(path: &Path) -> Result<Self, SkyError> {
+        let bytes = read_file(path, MAX_BYTES).map_err(SkyError::Read)?;
+        let file = || path.to_path_buf();
+        let fail = |e: &dyn std::fmt::Display| SkyError::Decode {
+            file: file(),
+            reason: e.to_string().chars().take(200).collect(),
+        };
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::OpenExr);
+        let mut limits = image::Limits::default();
+        limits.max_image_width = Some(2 * Self::MAX_HEIGHT);
+        limits.max_image_height = Some(Self::MAX_HEIGHT);
+        limits.max_alloc = Some(4 << 30);
+        reader.limits(limits);
+        let picture = reader.decode().map_err(|e| fail(&e))?.into_rgb32f();
+        let size = UVec2::new(picture.width(), picture.height());
+        if size.x != 2 * size.y || size.y == 0 {
+            return Err(SkyError::Shape { file: file(), size });
+        }
+        let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
+        // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
+        // fifth of the sun's own value.
+        let brightest = pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
+        let lowest = -MOST_NEGATIVE * brightest;
+        if let Some(k) = pixels
+            .iter()
+            .position(|p| !(p.is_finite() && p.min_element() >= lowest))
+        {
+            let at = UVec2::new(k as u32 % size.x, k as u32 / size.x);
+            return Err(SkyError::Pixel {
+                file: file(),
+                at,
+                value: pixels[k],
+            });
+        }
+        let negative = pixels.iter().filter(|p| p.min_element() < 0.0).count();
+        if negative > 0 {
+            tracing::warn!(
+                "{}: {negative} pixels with negative radiance were set to 0",
+                path.display()
+            );
+            pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
+        }
+        Ok(Self { size, pixels })
+    }
+
+    /// Whether there are as many pixels as the size says and every one is a radiance.
+    pub(crate) fn is_valid(&self) -> bool {
+        self.pixels.len() as u64 == u64::from(self.size.x) * u64::from(self.size.y)
+            && !self.pixels.is_empty()
+            && self
+                .pixels
+                .iter()
+                .all(|p| p.is_finite() && p.min_element() >= 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageBuffer, Rgb};
+
+    fn save(
+        name: &str,
+        width: u32,
+        height: u32,
+        pixel: impl Fn(u32, u32) -> [f32; 3],
+    ) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(name);
+        ImageBuffer::from_fn(width, height, |x, y| Rgb(pixel(x, y)))
+            .save(&path)
+            .unwrap();
+        (dir, path)
+    }
+
+    #[test]
+    fn every_sky_of_the_repository_is_light() {
+        for name in ["dawn", "sky", "sunset", "venice"] {
+            let path = format!("{}/../data/sky/{name}.exr", env!("CARGO_MANIFEST_DIR"));
+            let sky = Panorama::load(Path::new(&path)).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(sky.size, UVec2::new(512, 256));
+            assert!(sky.is_valid());
+        }
+    }
+
+    #[test]
+    fn pixels_stand_in_rows_from_the_zenith() {
+        let (_dir, path) = save("s.exr", 8, 4, |x, y| [x as f32, y as f32, 0.5]);
+        let sky = Panorama::load(&path).unwrap();
+        assert_eq!(sky.pixels[3 + 8 * 2], Vec3::new(3.0, 2.0, 0.5));
+    }
+
+    #[test]
+    fn what_is_no_light_is_refused_and_a_little_less_than_none_is_none() {
+        let message = |value: f32| {
+            let (_dir, path) = save("s.exr", 8, 4, |x, y| {
+                if (x, y) == (5, 2) {
+                    [1.0, value, 1.0]
+                } else {
+                    [1.0; 3]
+                }
+            });
+            Panorama::load(&path)
+                .map(|sky| sky.pixels[5 + 8 * 2].y)
+                .map_err(|e| e.to_string())
+        };
+        assert_eq!(message(2.5), Ok(2.5));
+        assert_eq!(message(-0.01), Ok(0.0));
+        for bad in [f32::NAN, f32::INFINITY, -0.5] {
+            assert!(
+                message(bad)
+                    .unwrap_err()
+                    .contains("pixel (5, 2) has the radiance")
+            );
+        }
+        let (_dir, path) = save("s.exr", 8, 8, |_, _| [1.0; 3]);
+        assert!(
+            Panorama::load(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("8 x 8 pixels; a whole sky is twice as wide")
+        );
+    }
+}

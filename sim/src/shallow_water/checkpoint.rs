@@ -1,0 +1,176 @@
+//! The whole state of a run as plain data, for restarts.
+
+use super::finite_volume::FiniteVolume;
+use super::real::Real;
+use super::settings::Precision;
+use super::storage::Quantum;
+use crate::grid::GridSpec;
+use serde::{Deserialize, Serialize};
+
+/// Everything that the further run depends on, besides the settings and the initial state that the solver was made with.
+/// Numbers of either precision are held as `f64`, exactly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Where the samples stand.
+    pub spec: GridSpec,
+    /// Whether the state is in double precision.
+    pub double: bool,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Height above datum to which `bed` is relative, m.
+    pub base: f64,
+    /// Unit of all depths, m.
+    pub quantum: f64,
+    /// Fastest signal as last seen, m/s; absent: to be found anew.
+    pub speed: Option<f64>,
+    /// Bed relative to `base`, m, row-major.
+    pub bed: Vec<f64>,
+    /// Depth, m, row-major.
+    pub depth: Vec<f64>,
+    /// Momentum per area along X, m²/s, row-major.
+    pub momentum_x: Vec<f64>,
+    /// Momentum per area along Z, m²/s, row-major.
+    pub momentum_z: Vec<f64>,
+}
+
+/// Why a checkpoint cannot be restored.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// It was taken on another grid.
+    #[error("the checkpoint was taken on another grid; make the solver from the same scene")]
+    Grid,
+    /// It was taken in another precision.
+    #[error("the checkpoint was taken in {found} precision; make the solver in the same")]
+    Precision {
+        /// Precision of the checkpoint.
+        found: &'static str,
+    },
+    /// A value cannot be part of a state.
+    #[error("checkpoint: {what} is {value} at entry {at}, which no state holds; the file is damaged")]
+    Damaged {
+        /// Which quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Number of the entry, row-major.
+        at: usize,
+    },
+    /// An array has the wrong length.
+    #[error("checkpoint: {what} has {found} entries; the grid has {expected} samples")]
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Samples of the grid.
+        expected: usize,
+        /// Entries found.
+        found: usize,
+    },
+}
+
+impl Checkpoint {
+    pub(crate) fn new<T: Real>(
+        core: &FiniteVolume<T>,
+        spec: &GridSpec,
+        precision: Precision,
+        base: f64,
+        time: f64,
+        speed: Option<f64>,
+    ) -> Self {
+        let layout = core.layout();
+        let gather = |values: &[T]| -> Vec<f64> {
+            (0..layout.nz)
+                .flat_map(|j| &values[layout.row(j)])
+                .map(|v| v.to_f64())
+                .collect()
+        };
+        let fields = core.fields();
+        Self {
+            spec: *spec,
+            double: precision == Precision::Double,
+            time,
+            base,
+            quantum: core.quantum().length(),
+            speed,
+            bed: gather(core.bed()),
+            depth: gather(&fields.h),
+            momentum_x: gather(&fields.qx),
+            momentum_z: gather(&fields.qz),
+        }
+    }
+
+    fn check(&self, spec: &GridSpec, precision: Precision) -> Result<(), CheckpointError> {
+        if self.spec != *spec {
+            return Err(CheckpointError::Grid);
+        }
+        if self.double != (precision == Precision::Double) {
+            let found = if self.double { "double" } else { "single" };
+            return Err(CheckpointError::Precision { found });
+        }
+        let damaged = |what, value, at| Err(CheckpointError::Damaged { what, value, at });
+        for (what, value, sound) in [
+            ("time", self.time, self.time.is_finite()),
+            ("base", self.base, self.base.is_finite()),
+            (
+                "quantum",
+                self.quantum,
+                self.quantum.is_normal() && self.quantum > 0.0,
+            ),
+            (
+                "speed",
+                self.speed.unwrap_or(0.0),
+                self.speed.is_none_or(|s| s.is_finite() && s >= 0.0),
+            ),
+        ] {
+            if !sound {
+                return damaged(what, value, 0);
+            }
+        }
+        for (what, values, least) in [
+            ("bed", &self.bed, f64::NEG_INFINITY),
+            ("depth", &self.depth, 0.0),
+            ("momentum_x", &self.momentum_x, f64::NEG_INFINITY),
+            ("momentum_z", &self.momentum_z, f64::NEG_INFINITY),
+        ] {
+            if values.len() != spec.len() {
+                return Err(CheckpointError::Length {
+                    what,
+                    expected: spec.len(),
+                    found: values.len(),
+                });
+            }
+            if let Some(at) = values.iter().position(|v| !(v.is_finite() && *v >= least)) {
+                return damaged(what, values[at], at);
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn apply<T: Real>(
+        &self,
+        core: &mut FiniteVolume<T>,
+        spec: &GridSpec,
+        precision: Precision,
+    ) -> Result<(), CheckpointError> {
+        self.check(spec, precision)?;
+        let layout = core.layout();
+        let mut bed = vec![T::ZERO; layout.len()];
+        let fields = core.fields_mut();
+        let nx = layout.nx;
+        for j in 0..layout.nz {
+            let (here, stored) = (layout.row(j), j * nx..(j + 1) * nx);
+            for (into, from) in [
+                (&mut bed, &self.bed),
+                (&mut fields.h, &self.depth),
+                (&mut fields.qx, &self.momentum_x),
+                (&mut fields.qz, &self.momentum_z),
+            ] {
+                for (into, from) in into[here.clone()].iter_mut().zip(&from[stored.clone()]) {
+                    *into = T::from_f64(*from);
+                }
+            }
+        }
+        core.replace_bed(bed, Quantum::from_length(self.quantum));
+        Ok(())
+    }
+}

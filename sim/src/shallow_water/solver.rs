@@ -1,0 +1,370 @@
+//! The solver: sub-steps, reports, frames and checkpoints around a scheme.
+
+use super::actions;
+use super::checkpoint::{Checkpoint, CheckpointError};
+use super::finite_volume::{FiniteVolume, Refusal};
+use super::real::Real;
+use super::settings::{Initial, Precision, Settings, SetupError};
+use super::storage::{self, Layout};
+use super::totals::{self, Totals};
+use crate::events::{Action, EventError};
+use crate::frame::{Channels, Frame, extend_into_dry};
+use crate::grid::{Grid, GridSpec};
+use crate::solver::{Solver, StepError, StepReport};
+use glam::Vec2;
+use rayon::prelude::*;
+
+/// How far a step's fastest signal may pass the Courant number that the step was chosen for before it is taken again.
+const TOLERATED: f64 = 1.1;
+/// Times that one sub-step is taken again with a shorter step before the run counts as unstable.
+const RETRIES: u32 = 40;
+/// Samples by which the surface continues below the shore in frames.
+const SHORE: usize = 3;
+
+/// The schemes, each in its number type.
+pub(crate) enum Core {
+    Single(FiniteVolume<f32>),
+    Double(FiniteVolume<f64>),
+}
+
+/// Runs one expression for the scheme, whatever its type.
+macro_rules! each {
+    ($core:expr, $name:ident => $value:expr) => {
+        match $core {
+            Core::Single($name) => $value,
+            Core::Double($name) => $value,
+        }
+    };
+}
+
+/// Shallow-water solver on a regular grid over arbitrary ground.
+///
+/// Cells are centred on the samples; walls stand half a spacing beyond the outermost samples. Memory: 28 bytes a cell
+/// in single and 56 in double precision, and 4 for the ground of the frames.
+pub struct ShallowWater {
+    spec: GridSpec,
+    settings: Settings,
+    ground: Grid<f32>,
+    core: Core,
+    /// Height above datum of bed 0 of the core, m.
+    base: f64,
+    /// Still water above datum, m.
+    level: f64,
+    time: f64,
+    /// Fastest signal as last seen; unknown after a change from outside.
+    speed: Option<f64>,
+}
+
+impl ShallowWater {
+    /// A solver for a state at time 0.
+    ///
+    /// # Errors
+    /// [`SetupError`] if a parameter or value is out of range, or the grid has fewer than 3 samples along an axis.
+    pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, SetupError> {
+        settings.check()?;
+        initial.check(&spec)?;
+        let ground = Grid::from_vec(spec, initial.ground.iter().map(|&z| z as f32).collect())?;
+        let layout = Layout::new(spec.width(), spec.height());
+        let (core, base) = match settings.precision {
+            Precision::Single => {
+                let (core, base) = start::<f32>(layout, &spec, initial, &settings);
+                (Core::Single(core), base)
+            }
+            Precision::Double => {
+                let (core, base) = start::<f64>(layout, &spec, initial, &settings);
+                (Core::Double(core), base)
+            }
+        };
+        Ok(Self {
+            spec,
+            level: settings.level.unwrap_or(base),
+            settings,
+            ground,
+            core,
+            base,
+            time: 0.0,
+            speed: None,
+        })
+    }
+
+    /// What the solver was told.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Depth in metres at every sample, row-major, exactly as held.
+    pub fn depths(&self) -> Vec<f64> {
+        each!(&self.core, c => gather(c, |c, k| c.fields().h[k].to_f64()))
+    }
+
+    /// Elevation of the surface (of the bed where dry) above datum in metres at every sample, row-major.
+    pub fn elevations(&self) -> Vec<f64> {
+        let base = self.base;
+        each!(&self.core, c => gather(c, |c, k| base + c.bed()[k].to_f64() + c.fields().h[k].to_f64()))
+    }
+
+    /// Momentum per area (depth times velocity) along X and Z in m²/s at every sample, row-major, exactly as held.
+    pub fn discharges(&self) -> Vec<[f64; 2]> {
+        each!(&self.core, c => gather(c, |c, k| [c.fields().qx[k].to_f64(), c.fields().qz[k].to_f64()]))
+    }
+
+    /// The unit in metres of which every depth is a whole multiple, so that volumes add up exactly.
+    pub fn quantum(&self) -> f64 {
+        each!(&self.core, c => c.quantum().length())
+    }
+
+    /// Depth in metres below which water is a film whose velocity fades and which frames show as dry.
+    pub fn film_depth(&self) -> f64 {
+        each!(&self.core, c => c.film())
+    }
+
+    /// Everything that the further run depends on.
+    pub fn checkpoint(&self) -> Checkpoint {
+        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.base, self.time, self.speed))
+    }
+
+    /// Continues from a checkpoint of a solver with the same settings: bit-identical to a run without interruption.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        self.base = checkpoint.base;
+        self.time = checkpoint.time;
+        self.speed = checkpoint.speed;
+        Ok(())
+    }
+
+    fn spacing(&self) -> f64 {
+        f64::from(self.spec.spacing)
+    }
+
+    fn totals(&self) -> Totals {
+        let (level, area) = (self.level - self.base, self.spec.cell_area());
+        each!(&self.core, c => totals::totals(c, level, area))
+    }
+
+    fn state_report(&self, speed: f64) -> StepReport {
+        let totals = self.totals();
+        StepReport {
+            substeps: 0,
+            largest_stable_step: self.stable_step(speed),
+            mass: totals.mass,
+            momentum: totals.momentum,
+            energy: totals.energy,
+            courant: 0.0,
+            froude: totals.froude,
+            clamps: 0,
+        }
+    }
+
+    fn stable_step(&self, speed: f64) -> f64 {
+        if speed > 0.0 {
+            self.settings.courant * self.spacing() / speed
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// The error that names the place where the state went wrong.
+    fn unstable(&self, speed: f64) -> StepError {
+        let worst = each!(&self.core, c => c.worst());
+        let (i, j, quantity, value) = worst.unwrap_or((0, 0, "fastest signal in m/s", speed));
+        StepError::Unstable {
+            quantity,
+            value,
+            limit: super::finite_volume::SPEED_LIMIT,
+            i,
+            j,
+            time: self.time,
+            remedy: "look at ground and events there, or lower `solver.courant` or raise `solver.film_depth`"
+                .into(),
+        }
+    }
+}
+
+/// A scheme in the initial state, with the height of its bed 0.
+fn start<T: Real>(
+    layout: Layout,
+    spec: &GridSpec,
+    initial: &Initial,
+    settings: &Settings,
+) -> (FiniteVolume<T>, f64) {
+    let spacing = f64::from(spec.spacing);
+    let start = storage::quantise::<T>(layout, initial, spacing);
+    let base = start.base;
+    let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
+    let core = FiniteVolume::new(
+        layout,
+        spacing,
+        settings.edges.clone(),
+        start,
+        film,
+        settings.manning,
+    );
+    (core, base)
+}
+
+/// One value for each cell of the domain.
+fn gather<T: Real, V: Send>(
+    core: &FiniteVolume<T>,
+    value: impl Fn(&FiniteVolume<T>, usize) -> V + Sync,
+) -> Vec<V> {
+    let layout = core.layout();
+    (0..layout.nz)
+        .into_par_iter()
+        .flat_map_iter(|j| layout.row(j))
+        .map(|k| value(core, k))
+        .collect()
+}
+
+impl Solver for ShallowWater {
+    fn name(&self) -> &'static str {
+        "shallow-water"
+    }
+
+    fn spec(&self) -> GridSpec {
+        self.spec
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn offers(&self) -> Channels {
+        Channels::DEPTH | Channels::VELOCITY
+    }
+
+    fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
+        StepError::check_step(dt)?;
+        let (start, dt) = (self.time, f64::from(dt));
+        let (spacing, courant) = (self.spacing(), self.settings.courant);
+        let mut done = 0.0;
+        let mut substeps = 0_u64;
+        let mut largest = 0.0_f64;
+        let mut speed = match self.speed {
+            Some(speed) => speed,
+            None => each!(&mut self.core, c => c.probe(start)),
+        };
+        let mut retries = 0;
+        while done < dt {
+            let left = dt - done;
+            let needed = (left / self.stable_step(speed)).ceil().max(1.0);
+            if !(substeps as f64 + needed <= self.settings.max_substeps as f64) {
+                self.speed = None;
+                return Err(StepError::TooManySubsteps {
+                    dt,
+                    needed: substeps.saturating_add(needed as u64),
+                    allowed: self.settings.max_substeps,
+                    remedy: "advance by a shorter time, or use a coarser `solver.spacing`".into(),
+                });
+            }
+            let step = left / needed;
+            match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
+                Ok(stepped) => {
+                    speed = stepped.speed;
+                    largest = largest.max(speed * step / spacing);
+                    done = if needed <= 1.0 { dt } else { done + step };
+                    self.time = start + done;
+                    substeps += 1;
+                    retries = 0;
+                }
+                Err(Refusal::TooFast(faster)) if retries < RETRIES => {
+                    speed = faster;
+                    retries += 1;
+                }
+                Err(Refusal::TooFast(_) | Refusal::Broken) => {
+                    self.speed = None;
+                    return Err(self.unstable(speed));
+                }
+            }
+        }
+        self.speed = Some(speed);
+        Ok(StepReport {
+            substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
+            courant: largest,
+            ..self.state_report(speed)
+        })
+    }
+
+    fn extract(&self, want: Channels, out: &mut Frame) {
+        out.prepare(self.spec, want & self.offers());
+        out.time = self.time;
+        each!(&self.core, c => extract(c, self.base, &self.ground, out));
+    }
+
+    fn apply(&mut self, action: &Action) -> Result<(), EventError> {
+        self.speed = None;
+        each!(&mut self.core, c => actions::apply(c, &self.spec, action))
+    }
+
+    fn report(&self) -> StepReport {
+        let speed = self
+            .speed
+            .unwrap_or_else(|| each!(&self.core, c => c.estimated_speed()));
+        self.state_report(speed)
+    }
+
+    fn bytes(&self) -> u64 {
+        let core = each!(&self.core, c => c.bytes());
+        (core + self.spec.len() * size_of::<f32>()) as u64
+    }
+}
+
+/// Writes elevation and the channels that `out` was prepared for.
+fn extract<T: Real>(core: &FiniteVolume<T>, base: f64, ground: &Grid<f32>, out: &mut Frame) {
+    let (layout, fields, bed) = (core.layout(), core.fields(), core.bed());
+    let (film, nx) = (T::from_f64(core.film()), layout.nx);
+    let mut wet = Grid::filled(*ground.spec(), 0.0_f32);
+    let elevation = out.elevation.as_mut_slice().par_chunks_mut(nx);
+    let any_dry = elevation
+        .zip(wet.as_mut_slice().par_chunks_mut(nx))
+        .enumerate()
+        .map(|(j, (elevation, wet))| {
+            let mut any_dry = false;
+            for (i, k) in layout.row(j).enumerate() {
+                let h = fields.h[k];
+                elevation[i] = (base + (bed[k].to_f64() + h.to_f64())) as f32;
+                if h > film {
+                    wet[i] = h.to_f64() as f32;
+                } else {
+                    any_dry = true;
+                }
+            }
+            any_dry
+        })
+        .reduce(|| false, |a, b| a | b);
+    if any_dry {
+        extend_into_dry(&mut out.elevation, &wet, ground, SHORE);
+    }
+    if let Some(depth) = &mut out.depth {
+        depth
+            .as_mut_slice()
+            .par_chunks_mut(nx)
+            .enumerate()
+            .for_each(|(j, row)| {
+                for (depth, k) in row.iter_mut().zip(layout.row(j)) {
+                    *depth = fields.h[k].to_f64() as f32;
+                }
+            });
+    }
+    if let Some(velocity) = &mut out.velocity {
+        velocity
+            .as_mut_slice()
+            .par_chunks_mut(nx)
+            .enumerate()
+            .for_each(|(j, row)| {
+                for (velocity, k) in row.iter_mut().zip(layout.row(j)) {
+                    let inverse = if fields.h[k] > film {
+                        1.0 / fields.h[k].to_f64()
+                    } else {
+                        0.0
+                    };
+                    *velocity = Vec2::new(
+                        (fields.qx[k].to_f64() * inverse) as f32,
+                        (fields.qz[k].to_f64() * inverse) as f32,
+                    );
+                }
+            });
+    }
+}

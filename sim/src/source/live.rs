@@ -1,0 +1,207 @@
+//! A solver driven through time, with the scene's events delivered at their times.
+
+use super::{FrameSource, Progress, SourceError};
+use crate::events::{Action, EventError, Schedule};
+use crate::frame::{BodyPose, Channels, Frame};
+use crate::scene::Scene;
+use crate::scene::description::{Motion, Object};
+use crate::solver::{Solver, StepError, StepReport};
+use glam::Quat;
+
+/// Share of a frame's duration below which two moments count as the same: steps are `f32`, so the solver's clock is
+/// off by their rounding (and corrected by the next step).
+const SAME_MOMENT: f64 = 1e-6;
+
+/// Frames of a live solver: frame `k` is the state at `k / recording.rate` seconds, frame 0 the initial state.
+///
+/// The scene's events act at their own times between frames; an event at exactly a frame's time acts after that
+/// frame. The poses of fixed and moving objects are added where the channel `bodies` is asked for.
+pub struct LiveSource {
+    solver: Box<dyn Solver>,
+    schedule: Schedule,
+    objects: Vec<Object>,
+    channels: Channels,
+    rate: f64,
+    next: u64,
+    end: Option<u64>,
+    /// What ended the run: the state after it must not be used.
+    failed: Option<SourceError>,
+    pending: Vec<(f64, Action)>,
+}
+
+impl LiveSource {
+    /// Drives `solver` through `scene` and hands out `channels`, as far as they are offered. Endless; see
+    /// [`Self::until`].
+    pub fn new(scene: &Scene, solver: Box<dyn Solver>, channels: Channels) -> Self {
+        let description = &scene.description;
+        Self {
+            schedule: Schedule::new(&description.events, description.seed, solver.spec()),
+            objects: description.objects.clone(),
+            channels,
+            rate: description.recording.rate,
+            solver,
+            next: 0,
+            end: None,
+            failed: None,
+            pending: Vec::new(),
+        }
+    }
+
+    /// Ends after the last frame whose time is at most `duration` seconds.
+    #[must_use]
+    pub fn until(mut self, duration: f64) -> Self {
+        // A duration that is meant to be a whole number of frames must not lose one to rounding.
+        let last = (duration * self.rate + SAME_MOMENT).floor();
+        self.end = Some(if last >= 0.0 { last as u64 + 1 } else { 0 });
+        self
+    }
+
+    /// Number of frames until the end, if there is one.
+    pub fn frames(&self) -> Option<u64> {
+        self.end
+    }
+
+    /// The optional channels that its frames can hold: the solver's, and the poses of the scene's objects.
+    pub fn offers(&self) -> Channels {
+        if self.objects.is_empty() {
+            self.solver.offers()
+        } else {
+            self.solver.offers() | Channels::BODIES
+        }
+    }
+
+    /// The optional channels that its frames do hold.
+    pub fn channels(&self) -> Channels {
+        self.channels & self.offers()
+    }
+
+    /// The solver.
+    pub fn solver(&self) -> &dyn Solver {
+        self.solver.as_ref()
+    }
+
+    /// Acts on the water now, at the time of the latest frame: for a pointer in a window.
+    ///
+    /// # Errors
+    /// [`EventError`] if the solver cannot do such a thing; the state is then unchanged.
+    pub fn act(&mut self, action: &Action) -> Result<(), EventError> {
+        self.solver.apply(action)
+    }
+
+    /// Steps the solver to `time`, adding what it did to `total`.
+    fn advance_to(&mut self, time: f64, total: &mut Option<StepReport>) -> Result<(), StepError> {
+        let dt = time - self.solver.time();
+        if dt <= SAME_MOMENT / self.rate {
+            return Ok(());
+        }
+        let report = self.solver.advance(dt as f32)?;
+        *total = Some(match total.take() {
+            Some(before) => merge(before, report),
+            None => report,
+        });
+        Ok(())
+    }
+
+    /// Brings the solver to `time`, the scene's events included.
+    fn run_to(&mut self, time: f64) -> Result<StepReport, SourceError> {
+        let mut actions = std::mem::take(&mut self.pending);
+        actions.clear();
+        self.schedule.take_until(time, &mut actions);
+        let mut total = None;
+        for (moment, action) in &actions {
+            self.advance_to(*moment, &mut total)?;
+            self.solver.apply(action)?;
+        }
+        self.advance_to(time, &mut total)?;
+        self.pending = actions;
+        Ok(total.unwrap_or_else(|| self.solver.report()))
+    }
+}
+
+impl FrameSource for LiveSource {
+    fn read_into(&mut self, out: &mut Frame) -> Result<Progress, SourceError> {
+        if let Some(error) = self.failed.as_ref().and_then(again) {
+            return Err(error);
+        }
+        if self.end.is_some_and(|end| self.next >= end) {
+            return Ok(Progress::End);
+        }
+        let time = self.next as f64 / self.rate;
+        let report = if self.next == 0 {
+            self.solver.report()
+        } else {
+            match self.run_to(time) {
+                Ok(report) => report,
+                Err(error) => {
+                    self.failed = again(&error);
+                    return Err(error);
+                }
+            }
+        };
+        let poses = self.channels() - self.solver.offers();
+        self.solver.extract(self.channels - poses, out);
+        if poses.contains(Channels::BODIES) {
+            out.bodies = Some(self.objects.iter().map(|o| pose_at(o, time)).collect());
+        }
+        out.time = time;
+        out.index = self.next;
+        out.check_finite()?;
+        self.next += 1;
+        Ok(Progress::Frame(Some(report)))
+    }
+}
+
+/// The same error once more, where it ends the run.
+fn again(error: &SourceError) -> Option<SourceError> {
+    match error {
+        SourceError::Step(e) => Some(SourceError::Step(e.clone())),
+        SourceError::Event(e) => Some(SourceError::Event(e.clone())),
+        _ => None,
+    }
+}
+
+/// One report for two steps in sequence: what was done adds up, the state is the later one.
+fn merge(before: StepReport, after: StepReport) -> StepReport {
+    StepReport {
+        substeps: before.substeps.saturating_add(after.substeps),
+        courant: before.courant.max(after.courant),
+        froude: before.froude.max(after.froude),
+        clamps: before.clamps.saturating_add(after.clamps),
+        ..after
+    }
+}
+
+/// Pose of an object that the water does not move.
+fn pose_at(object: &Object, time: f64) -> BodyPose {
+    let rest = BodyPose {
+        position: object.position,
+        rotation: object.rotation,
+        ..BodyPose::default()
+    };
+    let Motion::Path { points } = &object.motion else {
+        return rest;
+    };
+    let after = points.partition_point(|p| p.time <= time);
+    match (
+        after.checked_sub(1).and_then(|k| points.get(k)),
+        points.get(after),
+    ) {
+        (Some(a), Some(b)) => {
+            let span = b.time - a.time;
+            let share = ((time - a.time) / span) as f32;
+            let turn: Quat = b.rotation * a.rotation.inverse();
+            BodyPose {
+                position: a.position.lerp(b.position, share),
+                rotation: a.rotation.slerp(b.rotation, share),
+                velocity: (b.position - a.position) / span as f32,
+                angular_velocity: turn.to_scaled_axis() / span as f32,
+            }
+        }
+        (Some(p), None) | (None, Some(p)) => BodyPose {
+            position: p.position,
+            rotation: p.rotation,
+            ..BodyPose::default()
+        },
+        (None, None) => rest,
+    }
+}

@@ -1,0 +1,315 @@
+//! `meniscus render`: pictures of a recording or of a live run.
+
+use super::args::{FrameRange, ImageSize, Overrides, finite, positive, time};
+use super::claim;
+use super::console::Console;
+use super::cost::{Cost, Stopwatch};
+use super::failure::{Classify as _, Failure};
+use super::format;
+use super::frames::{FrameError, Frames};
+use super::input::Input;
+use super::interrupt::Interrupt;
+use super::live;
+use super::picture::{PictureFormat, PictureKind, Pictures};
+use clap::Args;
+use meniscus_render_cpu::camera;
+use meniscus_sim::Frame;
+use meniscus_sim::render::{Image, RenderError, Renderer, View};
+use serde::Serialize;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What `meniscus help render` says first.
+pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
+    written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
+    recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
+    (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
+    frame's number: `wave.png` becomes `wave_000012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
+    the finished ones.";
+
+/// Arguments of `meniscus render`.
+#[derive(Clone, Debug, Args)]
+#[command(
+    after_help = "Examples:\n  \
+        meniscus render run.mrec --at 1.5 -o wave.png\n  \
+        meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr"
+)]
+pub struct RenderArgs {
+    /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
+    #[arg(value_name = "RUN.mrec|SCENE.toml")]
+    pub input: PathBuf,
+    /// Changes to the keys of the scene
+    #[command(flatten)]
+    pub overrides: Overrides,
+    /// Draw the frame nearest to this time in seconds
+    #[arg(long, value_name = "T", value_parser = time, allow_negative_numbers = true, conflicts_with = "frames")]
+    pub at: Option<f64>,
+    /// Draw these frames: 12, 10..20 (20 left out), 10..=20, 10.. or ..20
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+    /// Renderer; `meniscus renderers` lists them
+    #[arg(long, value_name = "NAME", default_value = live::DEFAULT_RENDERER)]
+    pub renderer: String,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    pub size: ImageSize,
+    /// Camera of the scene, or `auto` [default: the scene's first, else one that sees the whole domain]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub spp: u32,
+    /// Play an animation this many times faster than the water moves
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub speed: f64,
+    /// Exposure in stops; EXR leaves it out [default: the camera's]
+    #[arg(long, value_name = "STOPS", value_parser = finite, allow_negative_numbers = true)]
+    pub exposure: Option<f64>,
+    /// Picture to write: .png, .exr, .gif or .mp4
+    #[arg(short, long = "out", value_name = "OUT")]
+    pub out: PathBuf,
+    /// Print what was drawn as one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A picture that was drawn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drawn {
+    /// The file that it is in.
+    pub file: PathBuf,
+    /// Number of the frame.
+    pub frame: u64,
+    /// Time of the frame in seconds.
+    pub time: f64,
+}
+
+/// What drawing gave and cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rendered {
+    /// What was drawn.
+    pub input: PathBuf,
+    /// Name of the renderer.
+    pub renderer: &'static str,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The pictures, in order.
+    pub pictures: Vec<Drawn>,
+    /// Numbers of damaged frames that were left out.
+    pub skipped: Vec<u64>,
+    /// Rays cast.
+    pub rays: u64,
+    /// Processor and wall seconds, a live run included.
+    #[serde(flatten)]
+    pub cost: Cost,
+}
+
+pub(super) fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
+    let rendered = draw(args, console, Interrupt::install()?)?;
+    if args.json {
+        console.json(&rendered)
+    } else {
+        console.result(rendered.text())
+    }
+}
+
+/// Draws what `args` ask for, and prints nothing but progress.
+///
+/// # Errors
+/// What `meniscus render` ends with.
+pub(super) fn draw(args: &RenderArgs, console: &Console, interrupt: Interrupt) -> Result<Rendered, Failure> {
+    let kind = PictureKind::of(&args.out)?;
+    let renderer = live::renderer(&args.renderer)?;
+    claim::writable(&args.out)?;
+    claim::differs(&args.out, &args.input)?;
+    let input = Input::open(&args.input, &args.overrides.set, console)?;
+    let mut job = Job::new(args, kind, input, renderer)?;
+    job.draw(console, interrupt)
+}
+
+/// Everything that is settled before the first picture.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    frames: Frames,
+    renderer: Box<dyn Renderer>,
+    view: View,
+    wanted: Range<u64>,
+    format: PictureFormat,
+}
+
+impl<'a> Job<'a> {
+    fn new(
+        args: &'a RenderArgs,
+        kind: PictureKind,
+        input: Input,
+        renderer: Box<dyn Renderer>,
+    ) -> Result<Self, Failure> {
+        let frames = Frames::new(input, renderer.as_ref())?;
+        let scene = frames.scene();
+        let camera = args.camera.as_deref();
+        let view = camera::view(scene, camera, args.size.0, args.spp).or_input()?;
+        let exposure = match args.exposure {
+            Some(stops) => stops as f32,
+            None => camera::exposure(scene, camera).or_input()?,
+        };
+        let wanted = match (args.at, args.frames) {
+            (Some(time), _) => {
+                let index = frames.nearest(time)?;
+                index..index + 1
+            }
+            (None, Some(range)) => frames.select(range)?,
+            (None, None) if kind.is_animation() => frames.select(FrameRange::ALL)?,
+            (None, None) => {
+                let all = frames.select(FrameRange::ALL)?;
+                all.end - 1..all.end
+            }
+        };
+        let format = PictureFormat {
+            kind,
+            size: args.size.0,
+            rate: scene.description.recording.rate * args.speed,
+            exposure,
+        };
+        Ok(Self {
+            args,
+            frames,
+            renderer,
+            view,
+            wanted,
+            format,
+        })
+    }
+
+    fn draw(&mut self, console: &Console, interrupt: Interrupt) -> Result<Rendered, Failure> {
+        let missing = self.renderer.needs(self.frames.scene()) - self.frames.channels();
+        if !missing.is_empty() {
+            console.detail(format!(
+                "without the channels that renderer `{}` can use: {missing}",
+                self.renderer.name()
+            ));
+        }
+        let mut pictures = Pictures::create(&self.args.out, self.format, self.args.frames.is_some())?;
+        let stopwatch = Stopwatch::start();
+        let mut rendered = Rendered {
+            input: self.args.input.clone(),
+            renderer: self.renderer.name(),
+            size: self.view.size.to_array(),
+            samples: self.view.samples,
+            pictures: Vec::new(),
+            skipped: Vec::new(),
+            rays: 0,
+            cost: stopwatch.cost(),
+        };
+        let outcome = self.draw_all(&mut pictures, &mut rendered, console, interrupt);
+        // Also after a failure: an animation holds what was drawn by then.
+        let finished = pictures.finish();
+        outcome?;
+        finished?;
+        if rendered.pictures.is_empty() {
+            return Err(Failure::input(format_args!(
+                "{}: every frame asked for is damaged; choose others with --frames",
+                self.args.input.display()
+            )));
+        }
+        rendered.cost = stopwatch.cost();
+        Ok(rendered)
+    }
+
+    fn draw_all(
+        &mut self,
+        pictures: &mut Pictures,
+        rendered: &mut Rendered,
+        console: &Console,
+        interrupt: Interrupt,
+    ) -> Result<(), Failure> {
+        let mut frame = Frame::new(self.frames.scene().grid);
+        let mut image = Image::new(self.view.size);
+        let total = self.wanted.end - self.wanted.start;
+        let mut running = match &self.frames {
+            Frames::Live { .. } => Some(console.progress("simulating", self.wanted.start + 1, "frame")),
+            Frames::Recorded(_) => None,
+        };
+        let mut drawing = None;
+        for index in self.wanted.clone() {
+            let stopped = || Failure::Interrupted(kept(rendered.pictures.len(), total, &self.args.out));
+            let stepped = |done| {
+                if let Some(running) = &running {
+                    running.set(done as f64);
+                }
+            };
+            match self.frames.read(index, &mut frame, interrupt, stepped) {
+                Ok(true) => {}
+                Ok(false) => return Err(stopped()),
+                Err(FrameError::Damaged(what)) if total > 1 => {
+                    console.warn(format!("left out: {what}"));
+                    rendered.skipped.push(index);
+                    continue;
+                }
+                Err(FrameError::Damaged(what)) => return Err(Failure::input(what)),
+                Err(FrameError::Failed(failure)) => return Err(failure),
+            }
+            drop(running.take());
+            let progress = drawing.get_or_insert_with(|| console.progress("rendering", total, "picture"));
+            let done = (index - self.wanted.start) as f64;
+            let advance = |share: f32| {
+                progress.set(done + f64::from(share));
+                !interrupt.pressed()
+            };
+            let scene = self.frames.scene();
+            let report = match self.renderer.render(scene, &frame, &self.view, &mut image, &advance) {
+                Ok(report) => report,
+                Err(RenderError::Interrupted) => return Err(stopped()),
+                Err(error) => return Err(Failure::Run(error.into())),
+            };
+            let file = pictures.write(&image, index)?;
+            rendered.rays += report.rays;
+            for (stage, seconds) in report.stages {
+                console.detail(format!("frame {index}: {stage} took {}", format::seconds(seconds)));
+            }
+            rendered.pictures.push(Drawn {
+                file,
+                frame: index,
+                time: frame.time,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What remains after Ctrl-C.
+fn kept(written: usize, total: u64, out: &Path) -> String {
+    match written {
+        0 => "no picture was finished".to_owned(),
+        _ => format!("{written} of {} finished, the last in {}", format::count(total, "picture"), out.display()),
+    }
+}
+
+impl Rendered {
+    /// For people.
+    pub fn text(&self) -> String {
+        let [width, height] = self.size;
+        let frame = |drawn: &Drawn| format!("frame {} at {:.3} s", drawn.frame, drawn.time);
+        let what = match self.pictures.as_slice() {
+            [] => return "no picture".to_owned(),
+            [only] => format!("{}: {}", only.file.display(), frame(only)),
+            [first, .., last] => {
+                let count = self.pictures.len();
+                let files = if first.file == last.file {
+                    first.file.display().to_string()
+                } else {
+                    format!("{} to {}", first.file.display(), last.file.display())
+                };
+                format!("{files}: {count} frames, {} to {}", frame(first), frame(last))
+            }
+        };
+        format!(
+            "{what}; {width} x {height} pixels, {} a pixel, renderer {}; {}",
+            format::count(u64::from(self.samples), "sample"),
+            self.renderer,
+            self.cost.text()
+        )
+    }
+}

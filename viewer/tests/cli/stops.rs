@@ -1,0 +1,183 @@
+//! Runs that stop early: full disks, places that cannot be written, refused steps, Ctrl-C and sudden death.
+
+use crate::support::{Folder, SCENE, wait_for_length, wait_until};
+use std::path::Path;
+
+/// A run that goes on for hours unless it is stopped, in frames of a few milliseconds.
+fn endless() -> Folder {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
+    folder
+}
+
+/// Frames of a recording, all of which must be readable.
+#[track_caller]
+fn whole_frames(folder: &Folder, name: &str) -> u64 {
+    let info = folder.run(["info", name, "--json"]).exits(0).json();
+    let frames = info["frames"].as_u64().unwrap();
+    let exported = folder.run(["export", name, "--format", "npz", "-o", "all.npz"]);
+    exported.exits(0);
+    frames
+}
+
+#[test]
+fn ctrl_c_finishes_the_frame_and_closes_the_recording() {
+    let folder = endless();
+    let child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--json"]);
+    wait_for_length(&folder.path("run.mrec"), 100_000);
+    child.signal("INT");
+    let ended = child.end();
+    ended.exits(130).silent();
+    assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
+    assert!(ended.stderr.contains("of 1000001 frames are in run.mrec"), "{}", ended.transcript());
+    assert!(whole_frames(&folder, "run.mrec") > 10);
+    // Closed in order: no damage, no missing index.
+    let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
+    assert_eq!(info["damage"], serde_json::json!([]));
+    assert_eq!(info["closed"], true);
+}
+
+#[test]
+fn sudden_death_loses_at_most_the_frame_in_flight() {
+    let folder = endless();
+    let child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
+    wait_for_length(&folder.path("run.mrec"), 100_000);
+    child.signal("KILL");
+    assert_eq!(child.end().code, None);
+    let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
+    assert_eq!(info["closed"], false);
+    assert!(whole_frames(&folder, "run.mrec") > 10);
+}
+
+#[test]
+fn a_second_ctrl_c_exits_at_once() {
+    let folder = Folder::new();
+    // The frame after the first takes 110 000 sub-steps of a million samples, so that it cannot be finished.
+    folder.write(
+        "scene.toml",
+        SCENE
+            .replace("rate = 10.0", "rate = 0.01")
+            .replace("duration = 0.5", "duration = 200.0")
+            .replace("spacing = 0.0625", "spacing = 0.002"),
+    );
+    let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
+    // The header takes a few kilobytes, the first frame more than one megabyte.
+    wait_for_length(&folder.path("run.mrec"), 1_000_000);
+    child.signal("INT");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    assert!(child.is_running(), "the first Ctrl-C waits for the frame");
+    child.signal("INT");
+    let ended = child.end();
+    ended.exits(130);
+    assert!(ended.stderr.contains("press Ctrl-C again"), "{}", ended.transcript());
+}
+
+#[test]
+fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
+    let folder = Folder::with_recording();
+    let args = ["render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png"];
+    let child = folder.start(args);
+    wait_until("the first picture is there", || {
+        image_opens(&folder.path("wave_000000.png"))
+    });
+    child.signal("INT");
+    let ended = child.end();
+    ended.exits(130).silent();
+    assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
+    for index in 0..6 {
+        let path = folder.path(&format!("wave_{index:06}.png"));
+        assert!(!path.exists() || image_opens(&path), "{} is not whole", path.display());
+    }
+}
+
+fn image_opens(path: &Path) -> bool {
+    std::fs::read(path).is_ok_and(|bytes| bytes.ends_with(b"IEND\xae\x42\x60\x82"))
+}
+
+#[test]
+fn a_full_device_is_told() {
+    let folder = Folder::with_scene();
+    if !Path::new("/dev/full").exists() {
+        println!("left out: this system has no /dev/full");
+        return;
+    }
+    let ended = folder.run(["record", "scene.toml", "-o", "/dev/full"]);
+    ended.exits(1).error_says(&["/dev/full", "No space left on device"]).silent();
+}
+
+/// A small file system that is unmounted again.
+struct Small<'a>(&'a Path);
+
+impl<'a> Small<'a> {
+    /// `None` where this user may not mount.
+    fn mount(path: &'a Path, size: &str) -> Option<Self> {
+        std::fs::create_dir(path).unwrap();
+        let options = format!("size={size}");
+        let mut mount = std::process::Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(path);
+        mount.output().is_ok_and(|output| output.status.success()).then_some(Self(path))
+    }
+}
+
+impl Drop for Small<'_> {
+    fn drop(&mut self) {
+        let unmounted = std::process::Command::new("umount").arg(self.0).status();
+        assert!(unmounted.is_ok_and(|status| status.success()), "{} stays mounted", self.0.display());
+    }
+}
+
+#[test]
+fn a_disk_that_fills_up_keeps_what_was_finished() {
+    let folder = endless();
+    folder.write("short.toml", SCENE);
+    folder.run(["record", "short.toml", "-o", "short.mrec"]).exits(0);
+    let path = folder.path("disk");
+    let Some(_disk) = Small::mount(&path, "256k") else {
+        println!("left out: this user may not mount a file system");
+        return;
+    };
+    let ended = folder.run(["record", "scene.toml", "-o", "disk/run.mrec"]);
+    ended.exits(1).error_says(&["disk/run.mrec", "No space left on device"]).silent();
+    assert!(whole_frames(&folder, "disk/run.mrec") > 10);
+
+    // The disk is full now. Nothing else fits, and nothing half is left.
+    for name in ["wave.png", "wave.exr", "wave.gif"] {
+        let out = format!("disk/{name}");
+        let ended = folder.run(["render", "short.mrec", "--size", "640x360", "--spp", "1", "-o", &out]);
+        ended.exits(1).error_says(&[name, "No space left on device"]).silent();
+    }
+    for format in ["npz", "vtk", "obj", "ply", "glb"] {
+        let out = format!("disk/out.{format}");
+        let ended = folder.run(["export", "short.mrec", "--format", format, "-o", &out]);
+        ended.exits(1).error_says(&["disk/out", "No space left on device"]).silent();
+    }
+    let left: Vec<_> = std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["run.mrec"]);
+}
+
+#[test]
+fn places_that_cannot_be_written_are_told_before_the_work() {
+    let folder = endless();
+    folder.write("short.toml", SCENE);
+    folder.run(["record", "short.toml", "-o", "short.mrec"]).exits(0);
+    for args in [
+        // An endless run: that it ends at all shows that nothing was simulated first.
+        &["record", "scene.toml", "-o", "nowhere/run.mrec"][..],
+        &["render", "scene.toml", "-o", "nowhere/out.png"],
+        &["render", "scene.toml", "-o", "nowhere/out.gif"],
+        &["export", "short.mrec", "--format", "npz", "-o", "nowhere/out.npz"],
+        &["export", "short.mrec", "--format", "vtk", "-o", "nowhere/out.vtk"],
+    ] {
+        folder.run(args).exits(1).error_says(&["nowhere", "No such file"]).silent();
+    }
+}
+
+#[test]
+fn a_step_that_is_refused_keeps_the_frames_before() {
+    let folder = Folder::new();
+    // Far above the Courant limit of about 0.02 s.
+    folder.write("scene.toml", SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"));
+    let ended = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
+    assert!(matches!(ended.code, Some(1 | 2)), "{}", ended.transcript());
+    ended.error_says(&["step", "0.09", "limit"]).silent();
+}
