@@ -16,7 +16,7 @@ use meniscus_sim::rng::Rng;
 use meniscus_sim::{Channels, Frame, FrameSource, Progress, Scene, SourceError};
 use recording_common::{bits, frame, report, scene};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[global_allocator]
 static ALLOCATOR: counting::Counting = counting::Counting;
@@ -31,6 +31,11 @@ const MEMORY: usize = 4 << 20;
 
 /// Tests that count allocations must not run beside others.
 static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    // A test that failed has left nothing behind.
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 struct Sample {
     _folder: tempfile::TempDir,
@@ -108,7 +113,7 @@ impl Sample {
 
 #[test]
 fn every_cut_of_the_last_two_frames_leaves_the_whole_ones() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     for (finished, channels) in [
         (true, Channels::ALL),
         (false, Channels::DEPTH | Channels::VELOCITY),
@@ -138,7 +143,7 @@ fn every_cut_of_the_last_two_frames_leaves_the_whole_ones() {
 
 #[test]
 fn every_cut_of_the_header_is_one_clear_error() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::with(UVec2::new(9, 7), Channels::NONE, true);
     let end = chunks(&sample.bytes)[0].1;
     assert_eq!(sample.open(&sample.bytes[..end]).unwrap().len(), 0);
@@ -153,10 +158,10 @@ fn every_cut_of_the_header_is_one_clear_error() {
 
 #[test]
 fn ten_thousand_changed_bytes_never_give_a_wrong_frame() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let mut rng = Rng::new(20, 26);
     for finished in [true, false] {
-        let sample = Sample::new(finished);
+        let sample = Sample::with(SIZE, Channels::DEPTH | Channels::DROPLETS, finished);
         let chunks = sample.frame_chunks();
         let first = chunks[0].0;
         let mut out = Frame::new(sample.scene.grid);
@@ -197,7 +202,7 @@ fn ten_thousand_changed_bytes_never_give_a_wrong_frame() {
 
 #[test]
 fn removed_added_swapped_doubled_and_foreign_chunks_are_told_apart() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(false);
     let c = sample.frame_chunks();
     let all = &sample.bytes;
@@ -260,7 +265,7 @@ fn foreign(sample: &Sample) -> Vec<u8> {
 
 #[test]
 fn bytes_after_the_index_do_not_hide_it() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(true);
     let mut bytes = sample.bytes.clone();
     bytes.extend_from_slice(b"appended by something else");
@@ -272,7 +277,7 @@ fn bytes_after_the_index_do_not_hide_it() {
 
 #[test]
 fn hostile_lengths_with_right_checksums_are_refused_before_allocation() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(false);
     let c = sample.frame_chunks();
     let structure = c[1].0 + CHUNK_HEADER;
@@ -301,10 +306,12 @@ fn hostile_lengths_with_right_checksums_are_refused_before_allocation() {
             let mut out = Frame::new(sample.scene.grid);
             let held = counting::reset_peak();
             let mut reader = Reader::open(&sample.path).unwrap();
-            assert!(matches!(
-                reader.read(1, &mut out),
-                Err(RecordingError::DamagedFrame { frame: 1, .. })
-            ));
+            let read = reader.read(1, &mut out);
+            assert!(
+                matches!(read, Err(RecordingError::DamagedFrame { frame: 1, .. })),
+                "byte {} of the payload set to {value:#x}",
+                at - structure
+            );
             reader.read(2, &mut out).unwrap();
             assert!(
                 counting::peak() - held < MEMORY,
@@ -345,7 +352,7 @@ fn hostile_lengths_with_right_checksums_are_refused_before_allocation() {
 
 #[test]
 fn a_small_file_cannot_claim_a_large_grid() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(false);
     let header = chunks(&sample.bytes)[0];
     let payload = &sample.bytes[header.0 + CHUNK_HEADER..header.1];
@@ -389,7 +396,7 @@ fn a_small_file_cannot_claim_a_large_grid() {
 
 #[test]
 fn a_memory_limit_is_kept() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(true);
     std::fs::write(&sample.path, &sample.bytes).unwrap();
     assert!(matches!(
@@ -405,7 +412,7 @@ fn a_memory_limit_is_kept() {
 
 #[test]
 fn a_replay_reports_a_damaged_frame_once_and_goes_on() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(true);
     let mut bytes = sample.bytes.clone();
     bytes[sample.frame_chunks()[2].0 + 900] ^= 4;
@@ -427,7 +434,7 @@ fn a_replay_reports_a_damaged_frame_once_and_goes_on() {
 
 #[test]
 fn what_is_no_recording_is_one_clear_error() {
-    let _alone = ALONE.lock().unwrap();
+    let _alone = alone();
     let sample = Sample::new(true);
     let message = |path: &Path| Reader::open(path).unwrap_err().to_string();
     let folder = sample.path.parent().unwrap();

@@ -300,6 +300,15 @@ impl StoredPlane {
         if self.bands.iter().any(|b| b.length < MIN_BAND_BYTES) {
             return Err("an array has a band without data".to_owned());
         }
+        if self.encoding != QUANTISED && self.step != 0.0 {
+            return Err(format!(
+                "an array that is not quantised has the step {}",
+                self.step
+            ));
+        }
+        if !(self.max_error.is_finite() && self.max_error >= 0.0) {
+            return Err(format!("an array has the impossible error {}", self.max_error));
+        }
         Ok(self.bands.iter().map(|b| u64::from(b.length)).sum())
     }
 
