@@ -70,15 +70,30 @@ impl Side {
         let Layout { nx, nz, stride } = layout;
         let Self { x, upper, .. } = self;
         let count = if x { nx } else { nz };
-        let along = if x { GHOSTS..GHOSTS + nz } else { 0..nx + 2 * GHOSTS };
+        let along = if x {
+            GHOSTS..GHOSTS + nz
+        } else {
+            0..nx + 2 * GHOSTS
+        };
         (1..=GHOSTS).flat_map(move |g| {
             let (at, mirror, nearest, wrapped) = if upper {
-                (GHOSTS + count + g - 1, GHOSTS + count - g, GHOSTS + count - 1, GHOSTS + g - 1)
+                (
+                    GHOSTS + count + g - 1,
+                    GHOSTS + count - g,
+                    GHOSTS + count - 1,
+                    GHOSTS + g - 1,
+                )
             } else {
                 (GHOSTS - g, GHOSTS + g - 1, GHOSTS, GHOSTS + count - g)
             };
             along.clone().map(move |k| {
-                let index = |normal: usize| if x { k * stride + normal } else { normal * stride + k };
+                let index = |normal: usize| {
+                    if x {
+                        k * stride + normal
+                    } else {
+                        normal * stride + k
+                    }
+                };
                 Ghost {
                     at: index(at),
                     mirror: index(mirror),
@@ -107,9 +122,12 @@ impl Boundary {
 
     /// Whether the state beyond an edge may change while nothing inside does.
     pub(crate) fn drives(&self) -> bool {
-        SIDES
-            .iter()
-            .any(|s| matches!(s.condition(&self.edges), Condition::Elevation(_) | Condition::Discharge(_)))
+        SIDES.iter().any(|s| {
+            matches!(
+                s.condition(&self.edges),
+                Condition::Elevation(_) | Condition::Discharge(_)
+            )
+        })
     }
 
     /// Fills the ghosts of a bed: mirrored beyond walls, repeated beyond periodic edges, level beyond the others.
@@ -181,7 +199,11 @@ impl Boundary {
                 };
                 let (normal, across) = (sign * beyond.q, beyond.across);
                 h[at] = T::from_f64(beyond.h);
-                let (x, z) = if side.x { (normal, across) } else { (across, normal) };
+                let (x, z) = if side.x {
+                    (normal, across)
+                } else {
+                    (across, normal)
+                };
                 (qx[at], qz[at]) = (T::from_f64(x), T::from_f64(z));
             }
         }
@@ -215,7 +237,11 @@ impl Water {
 
     /// The same with another depth and velocity; momentum along the edge only leaves, none enters.
     fn with(self, h: f64, u: f64) -> Self {
-        let across = if u > 0.0 && self.h > 0.0 { self.across / self.h * h } else { 0.0 };
+        let across = if u > 0.0 && self.h > 0.0 {
+            self.across / self.h * h
+        } else {
+            0.0
+        };
         Self {
             h,
             q: h * u,
@@ -255,7 +281,11 @@ impl Water {
     fn at_discharge(self, inwards: f64) -> Self {
         if inwards <= 0.0 {
             // An outflow that takes no more than there is.
-            let u = if self.h > 0.0 { (-inwards / self.h).min(self.c) } else { 0.0 };
+            let u = if self.h > 0.0 {
+                (-inwards / self.h).min(self.c)
+            } else {
+                0.0
+            };
             return Self {
                 q: self.h * u,
                 u,
@@ -305,7 +335,10 @@ mod tests {
         // Inflow 4.42 m²/s at 2 m: the invariant of the state gives the state back.
         let inside = Water::new(2.0, -4.42, 0.0, 1e-5);
         let water = inside.at_discharge(4.42);
-        assert!((water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12, "{water:?}");
+        assert!(
+            (water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12,
+            "{water:?}"
+        );
         let water = inside.at_depth(2.0);
         assert!((water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12);
         // Onto dry ground it is critical.

@@ -166,11 +166,31 @@ pub(super) fn reconstruct<T: Real>(
     let (zw, zc, ze) = (&here.z[..m], &here.z[1..=m], &here.z[2..n]);
     let (uw, uc, ue) = (&here.u[..m], &here.u[1..=m], &here.u[2..n]);
     let (vw, vc, ve) = (&here.v[..m], &here.v[1..=m], &here.v[2..n]);
-    let (hb, zb, ub, vb) = (&before.h[1..=m], &before.z[1..=m], &before.u[1..=m], &before.v[1..=m]);
-    let (hf, zf, uf, vf) = (&behind.h[1..=m], &behind.z[1..=m], &behind.u[1..=m], &behind.v[1..=m]);
+    let (hb, zb, ub, vb) = (
+        &before.h[1..=m],
+        &before.z[1..=m],
+        &before.u[1..=m],
+        &before.v[1..=m],
+    );
+    let (hf, zf, uf, vf) = (
+        &behind.h[1..=m],
+        &behind.z[1..=m],
+        &behind.u[1..=m],
+        &behind.v[1..=m],
+    );
     let (oh, ou, ov) = (&mut out.h[1..=m], &mut out.u[1..=m], &mut out.v[1..=m]);
-    let (oxh, oxz, oxu, oxv) = (&mut out.xh[1..=m], &mut out.xz[1..=m], &mut out.xu[1..=m], &mut out.xv[1..=m]);
-    let (ozh, ozz, ozu, ozv) = (&mut out.zh[1..=m], &mut out.zz[1..=m], &mut out.zu[1..=m], &mut out.zv[1..=m]);
+    let (oxh, oxz, oxu, oxv) = (
+        &mut out.xh[1..=m],
+        &mut out.xz[1..=m],
+        &mut out.xu[1..=m],
+        &mut out.xv[1..=m],
+    );
+    let (ozh, ozz, ozu, ozv) = (
+        &mut out.zh[1..=m],
+        &mut out.zz[1..=m],
+        &mut out.zu[1..=m],
+        &mut out.zv[1..=m],
+    );
     let half_lambda = T::HALF * k.lambda;
     for c in 0..m {
         let (h, u, v) = (hc[c], uc[c], vc[c]);
@@ -240,8 +260,20 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
     let (left_dry, right_dry) = (a <= T::ZERO, b <= T::ZERO);
     let first = (l.u - cl).smaller(middle - celerity);
     let last = (r.u + cr).larger(middle + celerity);
-    let first = if left_dry { r.u - T::TWO * cr } else if right_dry { l.u - cl } else { first };
-    let last = if right_dry { l.u + T::TWO * cl } else if left_dry { r.u + cr } else { last };
+    let first = if left_dry {
+        r.u - T::TWO * cr
+    } else if right_dry {
+        l.u - cl
+    } else {
+        first
+    };
+    let last = if right_dry {
+        l.u + T::TWO * cl
+    } else if left_dry {
+        r.u + cr
+    } else {
+        last
+    };
     let (first, last) = (first.smaller(T::ZERO), last.larger(T::ZERO));
     let inverse = T::ONE / (last - first).larger(T::TINY);
     let (wl, wr, w) = (last * inverse, -first * inverse, first * last * inverse);
@@ -251,7 +283,11 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
     let pressure = T::HALF * k.gravity * (b - a) * (b + a);
     let before = wl * (ql * l.u) + wr * (qr * r.u + pressure) + w * (qr - ql);
     let across = mass * if mass > T::ZERO { l.v } else { r.v };
-    let speed = if left_dry && right_dry { T::ZERO } else { last.larger(-first) };
+    let speed = if left_dry && right_dry {
+        T::ZERO
+    } else {
+        last.larger(-first)
+    };
     Flux {
         mass: k.round(k.lambda * mass),
         before,
@@ -263,7 +299,13 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
 
 /// Faces along X of one row; `speed` keeps the fastest signal seen in each column.
 #[inline(always)]
-pub(super) fn faces_x<T: Real>(k: &Constants<T>, z: &[T], cells: &Cells<T>, out: &mut Faces<T>, speed: &mut Row<T>) {
+pub(super) fn faces_x<T: Real>(
+    k: &Constants<T>,
+    z: &[T],
+    cells: &Cells<T>,
+    out: &mut Faces<T>,
+    speed: &mut Row<T>,
+) {
     let n = z.len();
     let m = n - 3;
     // Cells 1 ..= m stand before the faces, cells 2 ..= m + 1 behind.
@@ -397,8 +439,14 @@ pub(super) fn drain_z<T: Real>(k: &Constants<T>, n: usize, share: (&Row<T>, &Row
 
 #[inline(always)]
 fn drain<T: Real>(k: &Constants<T>, left: &[T], right: &[T], faces: &mut Faces<T>, start: usize, m: usize) {
-    let (mass, across) = (&mut faces.mass[start..start + m], &mut faces.across[start..start + m]);
-    let (before, behind) = (&mut faces.before[start..start + m], &mut faces.behind[start..start + m]);
+    let (mass, across) = (
+        &mut faces.mass[start..start + m],
+        &mut faces.across[start..start + m],
+    );
+    let (before, behind) = (
+        &mut faces.before[start..start + m],
+        &mut faces.behind[start..start + m],
+    );
     for c in 0..m {
         let share = if mass[c] > T::ZERO { left[c] } else { right[c] };
         let all = share >= T::ONE;
@@ -430,7 +478,10 @@ pub(super) struct State<'a, T> {
 
 /// Adds the fluxes and the bed force to one row: cells 3 .. n − 3 of the views go to `h`, `qx`, `qz`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "outputs must be separate references for the loop to vectorise")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "outputs must be separate references for the loop to vectorise"
+)]
 pub(super) fn update<T: Real>(
     k: &Constants<T>,
     old: State<'_, T>,
