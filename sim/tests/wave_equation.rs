@@ -1,5 +1,7 @@
 //! The wave equation against theory: order of convergence, conservation, limits, edges, symmetry and scale.
 
+#![allow(clippy::unwrap_used, missing_docs, reason = "test code")]
+
 use glam::{UVec2, Vec2};
 use meniscus_sim::events::{Action, EventError};
 use meniscus_sim::scene::description::{Description, Initial};
@@ -189,6 +191,44 @@ fn the_implicit_scheme_holds_rough_water_at_a_hundred_limits() {
         let most = solver.deviation().iter().fold(0.0_f32, |a, b| a.max(b.abs()));
         assert!(most <= 1.0 + 1e-5);
     }
+}
+
+#[test]
+fn the_damped_scheme_takes_short_waves_first_and_never_adds_energy() {
+    // A standing wave of 32 samples along Z: one step multiplies it by 1/√(1 + s²), s = (c step/dx) · 2 sin(k dx/2).
+    let spec = grid(3, 32, 1.0);
+    let (step, k) = (2.0_f64, TAU / 32.0);
+    let keys = format!("speed = 1.0\nscheme = \"implicit-damped\"\nstep = {step}\n{PERIODIC}");
+    let mut tank = solver(&scene(spec, &keys, |_, j| (k * j as f64).cos() as f32));
+    let before = tank.energies().physical;
+    tank.advance(20.0 * step as f32).unwrap();
+    let s = step * 2.0 * (0.5 * k).sin();
+    let theory = (1.0 + s * s).powi(-20);
+    let measured = tank.energies().physical / before;
+    assert!((measured / theory - 1.0).abs() < 1e-4, "{measured} {theory}");
+
+    // One sample alone at a hundred limits: nearly all of it is gone in a step, but not the volume.
+    let spec = grid(80, 60, 0.5);
+    let limit = solver(&scene(spec, "depth = 2.0", |_, _| 0.0)).courant_limit();
+    let keys = format!(
+        "depth = 2.0\nscheme = \"implicit-damped\"\nstep = {}",
+        100.0 * limit
+    );
+    let mut spike = solver(&scene(
+        spec,
+        &keys,
+        |i, j| if (i, j) == (33, 21) { 1.0 } else { 0.0 },
+    ));
+    let mut last = spike.energies().physical;
+    for n in 0..50 {
+        let energy = spike.advance((100.0 * limit) as f32).unwrap().energy;
+        assert!(energy <= last * (1.0 + 1e-6));
+        if n == 0 {
+            assert!(energy < 1e-3 * last, "{energy} {last}");
+        }
+        last = energy;
+    }
+    assert!((spike.volume() / 0.25 - 1.0).abs() < 1e-6);
 }
 
 /// Frequency in rad/s of a plane wave along Z, from its projection on the exact wave: `points` samples a wavelength.

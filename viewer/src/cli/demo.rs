@@ -3,7 +3,7 @@
 use super::args::{FrameRange, ImageSize, Overrides};
 use super::console::Console;
 use super::cost::{Cost, Stopwatch};
-use super::failure::{Classify as _, Failure};
+use super::failure::Failure;
 use super::format::{self, Align, Table};
 use super::interrupt::Interrupt;
 use super::record::{Recorded, record_scene};
