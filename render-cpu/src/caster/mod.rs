@@ -100,5 +100,3 @@ pub trait Caster: Send + Sync {
     /// Bytes that the method keeps, samples included.
     fn bytes(&self) -> usize;
 }
-/// tmp
-pub static KNOB: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
