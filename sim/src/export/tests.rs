@@ -456,9 +456,11 @@ fn step_error() -> SourceError {
 }
 
 fn damage() -> SourceError {
-    SourceError::Recording(crate::recording::RecordingError::Io {
+    SourceError::Recording(crate::recording::RecordingError::DamagedFrame {
         path: "run.mrec".into(),
-        source: std::io::ErrorKind::InvalidData.into(),
+        frame: 1,
+        offset: 4096,
+        reason: "its bytes do not have the checksum stored with them".into(),
     })
 }
 
