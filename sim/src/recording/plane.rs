@@ -427,3 +427,101 @@ fn unpack_band(task: Task<'_, '_>) -> Result<(), String> {
     mapping.undo(out);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    fn round_trip(values: &[f32], row: usize, tolerance: f32) -> Vec<f32> {
+        let layout = Layout::new(values.len(), row);
+        let mut data = Vec::new();
+        let plane = pack(values, layout, tolerance, &mut data).unwrap();
+        assert_eq!(plane.check(layout).unwrap(), data.len() as u64);
+        let mut out = vec![1.0; values.len()];
+        let (mut rest, mut tasks) = (data.as_slice(), Vec::new());
+        plane.unpack(&mut rest, layout, &mut out, &mut tasks).unwrap();
+        run(tasks).unwrap();
+        assert!(rest.is_empty());
+        out
+    }
+
+    #[test]
+    fn arrays_of_any_shape_come_back() {
+        let mut rng = Rng::new(2, 2);
+        for (count, row) in [
+            (0, 0),
+            (0, 5),
+            (1, 1),
+            (1, 9),
+            (2, 1),
+            (300, 1),
+            (300, 300),
+            (2500, 50),
+            (2501, 50),
+            (70_000, 7),
+        ] {
+            let values: Vec<f32> = (0..count)
+                .map(|k| (0.1 * (k % row.max(1)) as f32).sin() + 1e-3 * rng.normal() as f32)
+                .collect();
+            let same = round_trip(&values, row, 0.0);
+            assert!(
+                same.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()),
+                "{count} {row}"
+            );
+            let near = round_trip(&values, row, 1e-3);
+            assert!(
+                near.iter().zip(&values).all(|(a, b)| (a - b).abs() <= 1e-3),
+                "{count} {row}"
+            );
+        }
+    }
+
+    #[test]
+    fn integers_come_back() {
+        let mut rng = Rng::new(2, 3);
+        let values: Vec<u32> = (0..5000)
+            .map(|k| if k % 7 == 0 { rng.next_u64() as u32 } else { 3 * k })
+            .collect();
+        let layout = Layout::new(values.len(), 100);
+        let mut data = Vec::new();
+        let plane = pack_integers(&values, layout, &mut data).unwrap();
+        let mut out = vec![0; values.len()];
+        let mut tasks = Vec::new();
+        plane
+            .unpack_integers(&mut data.as_slice(), layout, &mut out, &mut tasks)
+            .unwrap();
+        run(tasks).unwrap();
+        assert_eq!(out, values);
+        // Neither kind is taken for the other.
+        assert!(
+            plane
+                .unpack(&mut data.as_slice(), layout, &mut [0.0; 5000], &mut Vec::new())
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn bands_are_whole_rows() {
+        for (count, row, bands) in [
+            (1 << 18, 512, 2),
+            (1000 * 1000, 1000, 8),
+            (1 << 20, 1 << 20, 8),
+            (1, 1, 1),
+            (0, 1, 0),
+        ] {
+            let layout = Layout::new(count, row);
+            assert_eq!(layout.bands(), bands, "{count} {row}");
+            assert_eq!(layout.band % layout.row, 0);
+            assert!(layout.band <= BAND);
+        }
+    }
+
+    #[test]
+    fn order_is_kept_and_undone() {
+        let values = [f32::NEG_INFINITY, -2.0, -1e-40, -0.0, 0.0, 1e-40, 1.0, f32::MAX];
+        let codes = values.map(|v| ordered(v.to_bits() as i32));
+        assert!(codes.is_sorted());
+        assert_eq!(codes.map(|c| ordered(c) as u32), values.map(f32::to_bits));
+    }
+}
