@@ -30,6 +30,7 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod route;
 mod samples;
 mod surface;
 mod walk;
@@ -99,3 +100,5 @@ pub trait Caster: Send + Sync {
     /// Bytes that the method keeps, samples included.
     fn bytes(&self) -> usize;
 }
+/// tmp
+pub static KNOB: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);

@@ -148,10 +148,10 @@ fn npz_holds_every_array_of_the_contract() {
     assert_eq!(names(folder.path()), ["run.npz"]);
 
     let shape = |name: &str| array(&out, name).0;
-    assert_eq!(shape("time"), "<f8 (3, )");
-    assert_eq!(shape("frame"), "<u8 (3, )");
-    assert_eq!(shape("x"), "<f8 (7, )");
-    assert_eq!(shape("z"), "<f8 (5, )");
+    assert_eq!(shape("time"), "<f8 (3,)");
+    assert_eq!(shape("frame"), "<u8 (3,)");
+    assert_eq!(shape("x"), "<f8 (7,)");
+    assert_eq!(shape("z"), "<f8 (5,)");
     assert_eq!(shape("ground"), "<f4 (5, 7)");
     assert_eq!(shape("elevation"), "<f4 (3, 5, 7)");
     assert_eq!(shape("depth"), "<f4 (3, 5, 7)");
@@ -159,9 +159,9 @@ fn npz_holds_every_array_of_the_contract() {
     assert_eq!(shape("displacement"), "<f4 (3, 5, 7, 2)");
     assert_eq!(shape("foam"), "<f4 (3, 5, 7)");
     assert_eq!(shape("bodies"), "<f4 (3, 1, 13)");
-    assert_eq!(shape("droplets_offset"), "<u8 (4, )");
+    assert_eq!(shape("droplets_offset"), "<u8 (4,)");
     assert_eq!(shape("droplets_position"), "<f4 (12, 3)");
-    assert_eq!(shape("droplets_radius"), "<f4 (12, )");
+    assert_eq!(shape("droplets_radius"), "<f4 (12,)");
 
     let elevation = floats(&array(&out, "elevation").1);
     for (f, frame) in (3..6).enumerate() {
@@ -213,6 +213,25 @@ fn npz_leaves_out_channels_that_are_not_there_and_says_where_no_bed_is() {
             .iter()
             .all(|&g| g == f32::NEG_INFINITY)
     );
+    // A scene without objects asked for their poses: an empty list a frame, not no frames.
+    let none = folder.path().join("none.npz");
+    struct NoBodies(Numbers);
+    impl FrameSource for NoBodies {
+        fn read_into(&mut self, out: &mut Frame) -> Result<Progress, SourceError> {
+            let progress = self.0.read_into(out);
+            out.bodies = Some(Vec::new());
+            progress
+        }
+    }
+    write(
+        Format::Npz,
+        &deep,
+        &mut NoBodies(numbers(Channels::NONE)),
+        &none,
+        &mut |_| true,
+    )
+    .unwrap();
+    assert_eq!(array(&none, "bodies").0, "<f4 (3, 0, 13)");
     let mut zip = zip::ZipArchive::new(fs::File::open(&out).unwrap()).unwrap();
     let names: Vec<String> = (0..zip.len())
         .map(|n| zip.by_index(n).unwrap().name().unwrap().into_owned())
@@ -220,18 +239,20 @@ fn npz_leaves_out_channels_that_are_not_there_and_says_where_no_bed_is() {
     assert_eq!(
         names,
         [
-            "time.npy",
-            "frame.npy",
-            "elevation.npy",
             "x.npy",
             "z.npy",
-            "ground.npy"
+            "ground.npy",
+            "time.npy",
+            "frame.npy",
+            "elevation.npy"
         ]
     );
 }
 
 /// Positions, normals and triangles of a mesh file that was read back.
 type Mesh = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+type ReadMesh = fn(&Path) -> Mesh;
 
 fn read_obj(path: &Path) -> Mesh {
     let text = fs::read_to_string(path).unwrap();
@@ -295,7 +316,7 @@ fn read_glb(path: &Path) -> Mesh {
 #[test]
 fn meshes_are_the_wet_surface_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
-    let readers: [(Format, fn(&Path) -> Mesh); 3] = [
+    let readers: [(Format, ReadMesh); 3] = [
         (Format::Obj, read_obj),
         (Format::Ply, read_ply),
         (Format::Glb, read_glb),
@@ -435,9 +456,11 @@ fn step_error() -> SourceError {
 }
 
 fn damage() -> SourceError {
-    SourceError::Recording(crate::recording::RecordingError::Io {
+    SourceError::Recording(RecordingError::DamagedFrame {
         path: "run.mrec".into(),
-        source: std::io::ErrorKind::InvalidData.into(),
+        frame: 4,
+        offset: 1000,
+        reason: "its checksum differs".into(),
     })
 }
 

@@ -316,7 +316,9 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
     fn floats(&mut self) -> Result<Vec<f32>, String> {
         let (plane, layout) = self.next()?;
         let mut values = vec![0.0; layout.count];
-        plane.unpack(&mut self.data, layout, &mut values)?;
+        let mut tasks = Vec::new();
+        plane.unpack(&mut self.data, layout, &mut values, &mut tasks)?;
+        plane::run(tasks)?;
         if values.iter().any(|v| !v.is_finite()) {
             return Err("an array holds a value that is not finite".to_owned());
         }
@@ -326,7 +328,9 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
     fn integers(&mut self) -> Result<Vec<u32>, String> {
         let (plane, layout) = self.next()?;
         let mut values = vec![0; layout.count];
-        plane.unpack_integers(&mut self.data, layout, &mut values)?;
+        let mut tasks = Vec::new();
+        plane.unpack_integers(&mut self.data, layout, &mut values, &mut tasks)?;
+        plane::run(tasks)?;
         Ok(values)
     }
 

@@ -1,7 +1,7 @@
 //! Scenes and frames for tests, benches and the fuzzer of recordings.
 
 // Each of them uses a part, and includes this file as a module of its own.
-#![allow(dead_code, unreachable_pub)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 use meniscus_sim::glam::{Quat, UVec2, Vec2, Vec3};
 use meniscus_sim::mesh::TriangleMesh;

@@ -1,6 +1,6 @@
 //! `meniscus render`: pictures of a recording or of a live run.
 
-use super::args::{FrameRange, ImageSize, Overrides, finite, time};
+use super::args::{FrameRange, ImageSize, Overrides, finite, positive, time};
 use super::claim;
 use super::console::Console;
 use super::cost::{Cost, Stopwatch};
@@ -24,7 +24,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
     written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
     recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
     (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
-    frame's number: `wave.png` becomes `wave-0012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
+    frame's number: `wave.png` becomes `wave_000012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
     the finished ones.";
 
 /// Arguments of `meniscus render`.
@@ -60,6 +60,9 @@ pub struct RenderArgs {
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: u32,
+    /// Play an animation this many times faster than the water moves
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub speed: f64,
     /// Exposure in stops; EXR leaves it out [default: the camera's]
     #[arg(long, value_name = "STOPS", value_parser = finite, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
@@ -105,19 +108,26 @@ pub struct Rendered {
 }
 
 pub(super) fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
-    let interrupt = Interrupt::install()?;
+    let rendered = draw(args, console, Interrupt::install()?)?;
+    if args.json {
+        console.json(&rendered)
+    } else {
+        console.result(rendered.text())
+    }
+}
+
+/// Draws what `args` ask for, and prints nothing but progress.
+///
+/// # Errors
+/// What `meniscus render` ends with.
+pub(super) fn draw(args: &RenderArgs, console: &Console, interrupt: Interrupt) -> Result<Rendered, Failure> {
     let kind = PictureKind::of(&args.out)?;
     let renderer = live::renderer(&args.renderer)?;
     claim::writable(&args.out)?;
     claim::differs(&args.out, &args.input)?;
     let input = Input::open(&args.input, &args.overrides.set, console)?;
     let mut job = Job::new(args, kind, input, renderer)?;
-    let rendered = job.draw(console, interrupt)?;
-    if args.json {
-        console.json(&rendered)
-    } else {
-        console.result(rendered.text())
-    }
+    job.draw(console, interrupt)
 }
 
 /// Everything that is settled before the first picture.
@@ -160,7 +170,7 @@ impl<'a> Job<'a> {
         let format = PictureFormat {
             kind,
             size: args.size.0,
-            rate: scene.description.recording.rate,
+            rate: scene.description.recording.rate * args.speed,
             exposure,
         };
         Ok(Self {
@@ -181,8 +191,7 @@ impl<'a> Job<'a> {
                 self.renderer.name()
             ));
         }
-        let last = self.args.frames.is_some().then_some(self.wanted.end - 1);
-        let mut pictures = Pictures::create(&self.args.out, self.format, last)?;
+        let mut pictures = Pictures::create(&self.args.out, self.format, self.args.frames.is_some())?;
         let stopwatch = Stopwatch::start();
         let mut rendered = Rendered {
             input: self.args.input.clone(),

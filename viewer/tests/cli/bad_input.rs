@@ -60,7 +60,7 @@ fn altered(old: &str, new: &str) -> Folder {
 #[test]
 fn missing_files_are_named() {
     let folder = Folder::new();
-    every_scene_command_refuses(&folder, "nowhere.toml", &["nowhere.toml", "No such file"]);
+    every_scene_command_refuses(&folder, "nowhere.toml", &["nowhere.toml", "no such file"]);
     every_recording_command_refuses(&folder, "nowhere.mrec", &["nowhere.mrec", "No such file"]);
 }
 
@@ -279,7 +279,7 @@ fn wrong_arguments_of_render_are_told() {
     }
     refuses(&folder, &["render", "run.mrec"], &["--out"]);
     refuses(&folder, &["render", "run.mrec", "-o", "out.jpg"], &["out.jpg", ".png, .exr, .gif or .mp4"]);
-    refuses(&folder, &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"], &["--size", "even", "16x10"]);
+    refuses(&folder, &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"], &["out.mp4", "15 x 9", "even"]);
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn a_scene_is_recorded_and_described() {
 #[test]
 fn the_duration_can_be_given() {
     let folder = Folder::with_scene();
-    for (seconds, frames) in [("0", 1), ("0.3", 4), ("1", 11)] {
+    for (seconds, frames) in [("0.05", 1), ("0.3", 4), ("1", 11)] {
         let args = ["record", "scene.toml", "-o", "run.mrec", "--duration", seconds, "--json"];
         assert_eq!(folder.run(args).exits(0).json()["frames"], frames, "{seconds} s");
     }
@@ -186,11 +186,9 @@ fn every_export_format_writes_something() {
         let args = ["export", "run.mrec", "--format", format, "--frames", "1..3", "-o", &out, "--json"];
         let exported = folder.run(args).exits(0).json();
         assert_eq!(exported["frames"], 2, "{format}");
-        let files = exported["files"].as_array().unwrap();
-        assert!(!files.is_empty());
-        for file in files {
-            assert!(!folder.read(file.as_str().unwrap()).is_empty(), "{file}");
-        }
+        assert_eq!(exported["damaged_frames"], 0, "{format}");
+        let entry = exported["entry"].as_str().unwrap();
+        assert!(!folder.read(entry).is_empty(), "{entry}");
     }
 }
 
@@ -214,12 +212,10 @@ fn studies_are_listed() {
 fn a_recording_can_be_read_while_it_grows() {
     let folder = Folder::new();
     folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
-    let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--quiet"]);
+    let _child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--quiet"]);
     wait_until("frames are there", || {
         std::fs::metadata(folder.path("run.mrec")).is_ok_and(|file| file.len() > 50_000)
     });
     let info = folder.run(["info", "run.mrec", "--json"]);
-    child.kill().unwrap();
-    child.wait().unwrap();
     assert!(info.exits(0).json()["frames"].as_u64().unwrap() > 1);
 }

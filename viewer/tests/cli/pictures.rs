@@ -72,10 +72,10 @@ fn a_range_of_frames_gives_numbered_stills() {
     let folder = Folder::with_recording();
     let drawn = render(&folder, &["run.mrec", "--frames", "2..=3", "-o", "wave.png"]);
     let files: Vec<_> = drawn["pictures"].as_array().unwrap().iter().map(|drawn| &drawn["file"]).collect();
-    assert_eq!(files, ["wave-0002.png", "wave-0003.png"]);
+    assert_eq!(files, ["wave_000002.png", "wave_000003.png"]);
     assert!(!folder.path("wave.png").exists());
     render(&folder, &["run.mrec", "--at", "0.2", "-o", "single.png"]);
-    assert!(folder.read("single.png") == folder.read("wave-0002.png"));
+    assert!(folder.read("single.png") == folder.read("wave_000002.png"));
 }
 
 #[test]

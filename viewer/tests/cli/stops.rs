@@ -1,6 +1,6 @@
 //! Runs that stop early: full disks, places that cannot be written, refused steps, Ctrl-C and sudden death.
 
-use crate::support::{Folder, SCENE, end, signal, wait_for_length, wait_until};
+use crate::support::{Folder, SCENE, wait_for_length, wait_until};
 use std::path::Path;
 
 /// A run that goes on for hours unless it is stopped, in frames of a few milliseconds.
@@ -25,8 +25,8 @@ fn ctrl_c_finishes_the_frame_and_closes_the_recording() {
     let folder = endless();
     let child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--json"]);
     wait_for_length(&folder.path("run.mrec"), 100_000);
-    signal(&child, "INT");
-    let ended = end(child);
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130).silent();
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
     assert!(ended.stderr.contains("of 1000001 frames are in run.mrec"), "{}", ended.transcript());
@@ -42,8 +42,8 @@ fn sudden_death_loses_at_most_the_frame_in_flight() {
     let folder = endless();
     let child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
     wait_for_length(&folder.path("run.mrec"), 100_000);
-    signal(&child, "KILL");
-    assert_eq!(end(child).code, None);
+    child.signal("KILL");
+    assert_eq!(child.end().code, None);
     let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
     assert_eq!(info["closed"], false);
     assert!(whole_frames(&folder, "run.mrec") > 10);
@@ -61,14 +61,13 @@ fn a_second_ctrl_c_exits_at_once() {
             .replace("spacing = 0.0625", "spacing = 0.002"),
     );
     let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
-    wait_until("the first frame is written", || {
-        std::fs::metadata(folder.path("run.mrec")).is_ok_and(|file| file.len() > 1000)
-    });
-    signal(&child, "INT");
+    // The header takes a few kilobytes, the first frame more than one megabyte.
+    wait_for_length(&folder.path("run.mrec"), 1_000_000);
+    child.signal("INT");
     std::thread::sleep(std::time::Duration::from_millis(300));
-    assert!(child.try_wait().unwrap().is_none(), "the first Ctrl-C waits for the frame");
-    signal(&child, "INT");
-    let ended = end(child);
+    assert!(child.is_running(), "the first Ctrl-C waits for the frame");
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130);
     assert!(ended.stderr.contains("press Ctrl-C again"), "{}", ended.transcript());
 }
@@ -79,14 +78,14 @@ fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
     let args = ["render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png"];
     let child = folder.start(args);
     wait_until("the first picture is there", || {
-        image_opens(&folder.path("wave-0000.png"))
+        image_opens(&folder.path("wave_000000.png"))
     });
-    signal(&child, "INT");
-    let ended = end(child);
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130).silent();
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
     for index in 0..6 {
-        let path = folder.path(&format!("wave-{index:04}.png"));
+        let path = folder.path(&format!("wave_{index:06}.png"));
         assert!(!path.exists() || image_opens(&path), "{} is not whole", path.display());
     }
 }
