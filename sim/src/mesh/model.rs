@@ -428,7 +428,7 @@ impl Reader {
             return Err(Kind::Index { index, count });
         }
         let strip = |w: (usize, &[u32])| {
-            if w.0 % 2 == 0 {
+            if w.0.is_multiple_of(2) {
                 [w.1[0], w.1[1], w.1[2]]
             } else {
                 [w.1[1], w.1[0], w.1[2]]

@@ -120,7 +120,11 @@ impl Panorama {
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
         // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
         // fifth of the sun's own value.
-        let brightest = pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
+        let brightest = pixels
+            .iter()
+            .map(|p| p.max_element())
+            .filter(|v| v.is_finite())
+            .fold(0.0, f32::max);
         let lowest = -MOST_NEGATIVE * brightest;
         if let Some(k) = pixels
             .iter()

@@ -187,7 +187,12 @@ fn a_grid_too_large_for_memory_is_refused_with_both_figures() {
         let ended = folder.shell(&format!("ulimit -v 2000000; meniscus {args} --threads 2"));
         ended
             .exits(2)
-            .error_says(&["13334 x 13334 samples", "GiB", "of memory can be had", "solver.spacing"])
+            .error_says(&[
+                "13334 x 13334 samples",
+                "GiB",
+                "of memory can be had",
+                "solver.spacing",
+            ])
             .silent();
     }
 }
@@ -219,7 +224,10 @@ fn all_problems_are_told_one_a_line() {
             .error_says(&["scene.toml:29:", "colour"])
             .silent();
         assert!(
-            ended.stderr.lines().all(|line| line.starts_with("error: scene.toml:")),
+            ended
+                .stderr
+                .lines()
+                .all(|line| line.starts_with("error: scene.toml:")),
             "{}",
             ended.transcript()
         );
@@ -278,8 +286,16 @@ fn wrong_arguments_of_render_are_told() {
         refuses(&folder, &args, parts);
     }
     refuses(&folder, &["render", "run.mrec"], &["--out"]);
-    refuses(&folder, &["render", "run.mrec", "-o", "out.jpg"], &["out.jpg", ".png, .exr, .gif or .mp4"]);
-    refuses(&folder, &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"], &["out.mp4", "15 x 9", "even"]);
+    refuses(
+        &folder,
+        &["render", "run.mrec", "-o", "out.jpg"],
+        &["out.jpg", ".png, .exr, .gif or .mp4"],
+    );
+    refuses(
+        &folder,
+        &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"],
+        &["out.mp4", "15 x 9", "even"],
+    );
 }
 
 #[test]
@@ -287,17 +303,34 @@ fn wrong_arguments_of_the_other_commands_are_told() {
     let folder = Folder::with_recording();
     let cases: &[(&[&str], &[&str])] = &[
         (&["record", "scene.toml"], &["--out"]),
-        (&["record", "scene.toml", "-o", "out.mrec", "--duration", "-2"], &["--duration", "from 0 on"]),
-        (&["record", "scene.toml", "-o", "out.mrec", "--duration", "soon"], &["--duration"]),
-        (&["plan", "scene.toml", "--renderer", "crayon"], &["crayon", "whitted"]),
+        (
+            &["record", "scene.toml", "-o", "out.mrec", "--duration", "-2"],
+            &["--duration", "from 0 on"],
+        ),
+        (
+            &["record", "scene.toml", "-o", "out.mrec", "--duration", "soon"],
+            &["--duration"],
+        ),
+        (
+            &["plan", "scene.toml", "--renderer", "crayon"],
+            &["crayon", "whitted"],
+        ),
         (&["plan", "scene.toml", "--size", "1"], &["--size"]),
-        (&["export", "run.mrec", "--format", "xls", "-o", "out.npz"], &["xls", "npz"]),
+        (
+            &["export", "run.mrec", "--format", "xls", "-o", "out.npz"],
+            &["xls", "npz"],
+        ),
         (&["export", "run.mrec", "--format", "npz"], &["--out"]),
         (
-            &["export", "run.mrec", "--format", "npz", "--frames", "9", "-o", "out.npz"],
+            &[
+                "export", "run.mrec", "--format", "npz", "--frames", "9", "-o", "out.npz",
+            ],
             &["--frames", "frames 0 to 5 are there"],
         ),
-        (&["study", "no-such-study", "-o", "studies"], &["no-such-study", "wave-equation"]),
+        (
+            &["study", "no-such-study", "-o", "studies"],
+            &["no-such-study", "wave-equation"],
+        ),
         (&["study", "wave-equation"], &["--out"]),
         (&["splash"], &["splash"]),
     ];
@@ -315,7 +348,11 @@ fn outputs_that_name_a_directory_are_refused() {
         &["render", "run.mrec", "-o", "taken.png"],
         &["export", "run.mrec", "--format", "npz", "-o", "taken.png"],
     ] {
-        folder.run(args).exits(2).error_says(&["taken.png", "is a directory"]).silent();
+        folder
+            .run(args)
+            .exits(2)
+            .error_says(&["taken.png", "is a directory"])
+            .silent();
     }
 }
 
@@ -327,7 +364,11 @@ fn an_input_is_never_overwritten() {
         &["record", "scene.toml", "-o", "./scene.toml"][..],
         &["export", "run.mrec", "--format", "npz", "-o", "./run.mrec"],
     ] {
-        folder.run(args).exits(2).error_says(&["would be overwritten"]).silent();
+        folder
+            .run(args)
+            .exits(2)
+            .error_says(&["would be overwritten"])
+            .silent();
     }
     assert!(before == (folder.read("scene.toml"), folder.read("run.mrec")));
 }

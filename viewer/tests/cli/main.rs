@@ -7,7 +7,7 @@ mod bad_input;
 mod commands;
 mod documentation;
 mod pictures;
-mod streams;
 #[cfg(unix)]
 mod stops;
+mod streams;
 mod support;
