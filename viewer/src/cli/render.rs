@@ -10,6 +10,7 @@ use super::frames::{FrameError, Frames};
 use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;
+use super::memory;
 use super::picture::{PictureFormat, PictureKind, Pictures};
 use clap::Args;
 use meniscus_render_cpu::camera;
@@ -29,12 +30,10 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
 
 /// Arguments of `meniscus render`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
-        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr"
-)]
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr")]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
     #[arg(value_name = "RUN.mrec|SCENE.toml")]
@@ -73,6 +72,9 @@ pub struct RenderArgs {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Fewest bytes that drawing and writing a pixel takes: its radiance and its place in the file's buffer.
+const BYTES_A_PIXEL: u64 = 12 + 3;
 
 /// A picture that was drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -150,6 +152,13 @@ impl<'a> Job<'a> {
         let frames = Frames::new(input, renderer.as_ref())?;
         let scene = frames.scene();
         let camera = args.camera.as_deref();
+        let size = args.size;
+        let pixels = u64::from(size.0.x) * u64::from(size.0.y);
+        memory::require(
+            BYTES_A_PIXEL * pixels,
+            &format!("an image of {size} pixels"),
+            "choose a smaller --size",
+        )?;
         let view = camera::view(scene, camera, args.size.0, args.spp).or_input()?;
         let exposure = match args.exposure {
             Some(stops) => stops as f32,
@@ -259,7 +268,10 @@ impl<'a> Job<'a> {
                 !interrupt.pressed()
             };
             let scene = self.frames.scene();
-            let report = match self.renderer.render(scene, &frame, &self.view, &mut image, &advance) {
+            let report = match self
+                .renderer
+                .render(scene, &frame, &self.view, &mut image, &advance)
+            {
                 Ok(report) => report,
                 Err(RenderError::Interrupted) => return Err(stopped()),
                 Err(error) => return Err(Failure::Run(error.into())),
@@ -267,7 +279,10 @@ impl<'a> Job<'a> {
             let file = pictures.write(&image, index)?;
             rendered.rays += report.rays;
             for (stage, seconds) in report.stages {
-                console.detail(format!("frame {index}: {stage} took {}", format::seconds(seconds)));
+                console.detail(format!(
+                    "frame {index}: {stage} took {}",
+                    format::seconds(seconds)
+                ));
             }
             rendered.pictures.push(Drawn {
                 file,
@@ -283,7 +298,11 @@ impl<'a> Job<'a> {
 fn kept(written: usize, total: u64, out: &Path) -> String {
     match written {
         0 => "no picture was finished".to_owned(),
-        _ => format!("{written} of {} finished, the last in {}", format::count(total, "picture"), out.display()),
+        _ => format!(
+            "{written} of {} finished, the last in {}",
+            format::count(total, "picture"),
+            out.display()
+        ),
     }
 }
 

@@ -6,7 +6,10 @@ use std::path::Path;
 /// A run that goes on for hours unless it is stopped, in frames of a few milliseconds.
 fn endless() -> Folder {
     let folder = Folder::new();
-    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("duration = 0.5", "duration = 100000.0"),
+    );
     folder
 }
 
@@ -29,7 +32,11 @@ fn ctrl_c_finishes_the_frame_and_closes_the_recording() {
     let ended = child.end();
     ended.exits(130).silent();
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
-    assert!(ended.stderr.contains("of 1000001 frames are in run.mrec"), "{}", ended.transcript());
+    assert!(
+        ended.stderr.contains("of 1000001 frames are in run.mrec"),
+        "{}",
+        ended.transcript()
+    );
     assert!(whole_frames(&folder, "run.mrec") > 10);
     // Closed in order: no damage, no missing index.
     let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
@@ -69,13 +76,19 @@ fn a_second_ctrl_c_exits_at_once() {
     child.signal("INT");
     let ended = child.end();
     ended.exits(130);
-    assert!(ended.stderr.contains("press Ctrl-C again"), "{}", ended.transcript());
+    assert!(
+        ended.stderr.contains("press Ctrl-C again"),
+        "{}",
+        ended.transcript()
+    );
 }
 
 #[test]
 fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
     let folder = Folder::with_recording();
-    let args = ["render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png"];
+    let args = [
+        "render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png",
+    ];
     let child = folder.start(args);
     wait_until("the first picture is there", || {
         image_opens(&folder.path("wave_000000.png"))
@@ -86,7 +99,11 @@ fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
     for index in 0..6 {
         let path = folder.path(&format!("wave_{index:06}.png"));
-        assert!(!path.exists() || image_opens(&path), "{} is not whole", path.display());
+        assert!(
+            !path.exists() || image_opens(&path),
+            "{} is not whole",
+            path.display()
+        );
     }
 }
 
@@ -96,13 +113,21 @@ fn image_opens(path: &Path) -> bool {
 
 #[test]
 fn a_full_device_is_told() {
-    let folder = Folder::with_scene();
+    let folder = Folder::with_recording();
     if !Path::new("/dev/full").exists() {
         println!("left out: this system has no /dev/full");
         return;
     }
-    let ended = folder.run(["record", "scene.toml", "-o", "/dev/full"]);
-    ended.exits(1).error_says(&["/dev/full", "No space left on device"]).silent();
+    for args in [
+        &["record", "scene.toml", "-o", "/dev/full"][..],
+        &["export", "run.mrec", "--format", "npz", "-o", "/dev/full"],
+    ] {
+        folder
+            .run(args)
+            .exits(1)
+            .error_says(&["/dev/full", "No space left on device"])
+            .silent();
+    }
 }
 
 /// A small file system that is unmounted again.
@@ -115,14 +140,21 @@ impl<'a> Small<'a> {
         let options = format!("size={size}");
         let mut mount = std::process::Command::new("mount");
         mount.args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(path);
-        mount.output().is_ok_and(|output| output.status.success()).then_some(Self(path))
+        mount
+            .output()
+            .is_ok_and(|output| output.status.success())
+            .then_some(Self(path))
     }
 }
 
 impl Drop for Small<'_> {
     fn drop(&mut self) {
         let unmounted = std::process::Command::new("umount").arg(self.0).status();
-        assert!(unmounted.is_ok_and(|status| status.success()), "{} stays mounted", self.0.display());
+        assert!(
+            unmounted.is_ok_and(|status| status.success()),
+            "{} stays mounted",
+            self.0.display()
+        );
     }
 }
 
@@ -137,21 +169,42 @@ fn a_disk_that_fills_up_keeps_what_was_finished() {
         return;
     };
     let ended = folder.run(["record", "scene.toml", "-o", "disk/run.mrec"]);
-    ended.exits(1).error_says(&["disk/run.mrec", "No space left on device"]).silent();
+    ended
+        .exits(1)
+        .error_says(&["disk/run.mrec", "No space left on device"])
+        .silent();
     assert!(whole_frames(&folder, "disk/run.mrec") > 10);
 
     // The disk is full now. Nothing else fits, and nothing half is left.
     for name in ["wave.png", "wave.exr", "wave.gif"] {
         let out = format!("disk/{name}");
-        let ended = folder.run(["render", "short.mrec", "--size", "640x360", "--spp", "1", "-o", &out]);
-        ended.exits(1).error_says(&[name, "No space left on device"]).silent();
+        let ended = folder.run([
+            "render",
+            "short.mrec",
+            "--size",
+            "640x360",
+            "--spp",
+            "1",
+            "-o",
+            &out,
+        ]);
+        ended
+            .exits(1)
+            .error_says(&[name, "No space left on device"])
+            .silent();
     }
     for format in ["npz", "vtk", "obj", "ply", "glb"] {
         let out = format!("disk/out.{format}");
         let ended = folder.run(["export", "short.mrec", "--format", format, "-o", &out]);
-        ended.exits(1).error_says(&["disk/out", "No space left on device"]).silent();
+        ended
+            .exits(1)
+            .error_says(&["disk/out", "No space left on device"])
+            .silent();
     }
-    let left: Vec<_> = std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> = std::fs::read_dir(&path)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert_eq!(left, ["run.mrec"]);
 }
 
@@ -168,7 +221,11 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
         &["export", "short.mrec", "--format", "npz", "-o", "nowhere/out.npz"],
         &["export", "short.mrec", "--format", "vtk", "-o", "nowhere/out.vtk"],
     ] {
-        folder.run(args).exits(1).error_says(&["nowhere", "No such file"]).silent();
+        folder
+            .run(args)
+            .exits(1)
+            .error_says(&["nowhere", "No such file"])
+            .silent();
     }
 }
 
@@ -176,7 +233,10 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
 fn a_step_that_is_refused_keeps_the_frames_before() {
     let folder = Folder::new();
     // Far above the Courant limit of about 0.02 s.
-    folder.write("scene.toml", SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"),
+    );
     let ended = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
     assert!(matches!(ended.code, Some(1 | 2)), "{}", ended.transcript());
     ended.error_says(&["step", "0.09", "limit"]).silent();

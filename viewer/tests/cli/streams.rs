@@ -61,14 +61,24 @@ fn a_full_standard_output_is_an_error() {
     let folder = Folder::with_recording();
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
     let mut command = folder.command(["info", "run.mrec"]);
-    let child = command.stdout(Stdio::from(full)).stderr(Stdio::piped()).spawn().unwrap();
-    Running(child).end().exits(1).error_says(&["standard output", "No space left"]);
+    let child = command
+        .stdout(Stdio::from(full))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    Running(child)
+        .end()
+        .exits(1)
+        .error_says(&["standard output", "No space left"]);
 }
 
 /// A run of many hours.
 fn endless() -> Folder {
     let folder = Folder::new();
-    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("duration = 0.5", "duration = 100000.0"),
+    );
     folder
 }
 
@@ -80,9 +90,18 @@ fn progress_is_plain_lines_where_there_is_no_terminal() {
     let stderr = BufReader::new(child.0.stderr.take().unwrap());
     for (count, line) in stderr.lines().take(3).enumerate() {
         let line = line.unwrap();
-        assert!(line.starts_with("recording: ") && line.contains("% (") && line.ends_with(" left"), "{line}");
-        assert!(line.contains(" of 1000001 frames)") && !line.contains('\x1b'), "{line}");
-        assert!(started.elapsed().as_secs() > count as u64, "more than a line a second");
+        assert!(
+            line.starts_with("recording: ") && line.contains("% (") && line.ends_with(" left"),
+            "{line}"
+        );
+        assert!(
+            line.contains(" of 1000001 frames)") && !line.contains('\x1b'),
+            "{line}"
+        );
+        assert!(
+            started.elapsed().as_secs() > count as u64,
+            "more than a line a second"
+        );
     }
 }
 

@@ -1,8 +1,5 @@
 //! Runs the real `meniscus` binary in a folder of its own and looks at what it says.
 
-// Helpers outside `#[test]` functions may unwrap as tests do, and this is the root of nothing but tests.
-#![allow(clippy::unwrap_used, unreachable_pub)]
-
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
@@ -101,7 +98,13 @@ impl Folder {
     /// Starts the command in this folder with both streams captured.
     pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Running {
         let mut command = self.command(args);
-        Running(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
+        Running(
+            command
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap(),
+        )
     }
 
     /// Runs a shell command line in this folder; `meniscus` in it is the binary under test.
@@ -109,7 +112,10 @@ impl Folder {
     pub fn shell(&self, line: &str) -> Ended {
         let mut command = Command::new("sh");
         let line = line.replace("meniscus", env!("CARGO_BIN_EXE_meniscus"));
-        command.args(["-c", &line]).current_dir(self.0.path()).stdin(Stdio::null());
+        command
+            .args(["-c", &line])
+            .current_dir(self.0.path())
+            .stdin(Stdio::null());
         Ended::of(command)
     }
 }
@@ -145,7 +151,9 @@ impl Running {
         let stdout = self.0.stdout.take().map(read);
         let stderr = self.0.stderr.take().map(read);
         wait_until("the command ends", || !self.is_running());
-        let text = |reader: Option<JoinHandle<String>>| reader.map_or_else(String::new, |reader| reader.join().unwrap());
+        let text = |reader: Option<JoinHandle<String>>| {
+            reader.map_or_else(String::new, |reader| reader.join().unwrap())
+        };
         Ended {
             command: "a command under way".into(),
             code: self.0.wait().unwrap().code(),
@@ -253,7 +261,9 @@ pub fn wait_for_length(path: &Path, length: u64) {
 /// CRC-32 as in ZIP and PNG, bit by bit.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let shift = |crc: u32| (crc >> 1) ^ (0xedb8_8320 * (crc & 1));
-    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc)))
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc))
+    })
 }
 
 /// A `.npy` file of little-endian `f32` values.
