@@ -14,14 +14,16 @@ use meniscus_sim::export::{self, ExportError, Format, Update};
 use meniscus_sim::recording::{RecordingError, ReplaySource};
 use meniscus_sim::{Frame, FrameSource, Progress, SourceError};
 use serde::Serialize;
+use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// What `meniscus help export` says first.
 pub(super) const ABOUT: &str = "Write the frames of a recording for NumPy, ParaView or Blender.\n\n\
     `npz` writes one archive of arrays: time[f], x[nx], z[nz], elevation[f,nz,nx], ground[nz,nx] and each recorded \
-    channel. `vtk` writes OUT.pvd and a folder of structured grids. `obj`, `ply` and `glb` write the surface as a mesh, \
-    one file a frame, with the frame's number in its name. Damaged frames are left out with a warning.";
+    channel. `vtk` writes OUT.pvd and a folder OUT of structured grids. `obj`, `ply` and `glb` write the surface as a mesh, \
+    one file a frame, with the frame's number in its name. Damaged frames are left out with a warning. An \
+    extension that is missing is appended.";
 
 /// Arguments of `meniscus export`.
 #[derive(Clone, Debug, Args)]
@@ -52,6 +54,29 @@ fn formats() -> impl clap::builder::TypedValueParser<Value = Format> {
         .try_map(|name| Format::from_name(&name).ok_or("unknown format"))
 }
 
+/// `out` with the extension of its format, which is appended where it is missing, as NumPy does. A device or a pipe
+/// keeps its name.
+fn named(format: Format, out: &Path) -> PathBuf {
+    let (extension, also) = match format {
+        Format::Vtk => ("pvd", "vtk"),
+        other => (other.name(), other.name()),
+    };
+    let has = |extension: &str| {
+        out.extension()
+            .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    };
+    if has(extension) || fs::metadata(out).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        out.to_owned()
+    } else if has(also) {
+        out.with_extension(extension)
+    } else {
+        let mut name = out.as_os_str().to_owned();
+        name.push(".");
+        name.push(extension);
+        name.into()
+    }
+}
+
 /// What was written.
 #[derive(Serialize)]
 struct Exported<'a> {
@@ -71,8 +96,9 @@ struct Exported<'a> {
 
 pub(super) fn run(args: &ExportArgs, console: &Console) -> Result<(), Failure> {
     let interrupt = Interrupt::install()?;
-    claim::writable(&args.out)?;
-    claim::differs(&args.out, &args.recording)?;
+    let out = named(args.format, &args.out);
+    claim::writable(&out)?;
+    claim::differs(&out, &args.recording)?;
     let reader = input::recording(&args.recording, console)?;
     let frames = args.frames.unwrap_or(FrameRange::ALL).within(reader.len() as u64);
     let frames = frames.map_err(|message| Failure::input(format_args!("--frames: {message}")))?;
@@ -95,7 +121,7 @@ pub(super) fn run(args: &ExportArgs, console: &Console) -> Result<(), Failure> {
             passable
         }
     };
-    let written = export::write(args.format, &scene, &mut source, &args.out, &mut update);
+    let written = export::write(args.format, &scene, &mut source, &out, &mut update);
     drop(progress);
     let summary = written.map_err(|error| classify(error, total))?;
     let exported = Exported {
@@ -162,5 +188,25 @@ impl FrameSource for Part {
             return Ok(Progress::End);
         }
         self.replay.read_into(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_extension_is_that_of_the_format() {
+        for (format, out, expected) in [
+            (Format::Npz, "run.npz", "run.npz"),
+            (Format::Npz, "run.NPZ", "run.NPZ"),
+            (Format::Npz, "run", "run.npz"),
+            (Format::Npz, "run.v2", "run.v2.npz"),
+            (Format::Vtk, "run", "run.pvd"),
+            (Format::Vtk, "run.vtk", "run.pvd"),
+            (Format::Obj, "d/wave.obj", "d/wave.obj"),
+        ] {
+            assert_eq!(named(format, Path::new(out)), Path::new(expected));
+        }
     }
 }

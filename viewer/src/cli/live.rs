@@ -20,7 +20,11 @@ const FEWEST_ARRAYS: u64 = 3;
 pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
     let size = scene.grid.size;
     let fewest = FEWEST_ARRAYS * 4 * scene.grid.len() as u64;
-    memory::require(fewest, &format!("the grid of {} x {} samples", size.x, size.y))?;
+    memory::require(
+        fewest,
+        &format!("the grid of {} x {} samples", size.x, size.y),
+        "take fewer samples: a coarser `solver.spacing` or a smaller `domain.size`",
+    )?;
     solvers::build(scene).or_input()
 }
 

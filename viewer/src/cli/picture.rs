@@ -146,7 +146,10 @@ impl Pictures {
 /// A size or rate that a format cannot hold is wrong input; all else went wrong on the way.
 fn classify(error: OutputError) -> Failure {
     match error {
-        OutputError::Size { .. } | OutputError::Rate { .. } => Failure::Input(error.into()),
+        OutputError::Size { .. } => Failure::Input(error.into()),
+        OutputError::Rate { .. } => {
+            Failure::input(format_args!("{error}; choose another --speed, or stills"))
+        }
         _ => Failure::Run(error.into()),
     }
 }

@@ -10,6 +10,7 @@ use super::frames::{FrameError, Frames};
 use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;
+use super::memory;
 use super::picture::{PictureFormat, PictureKind, Pictures};
 use clap::Args;
 use meniscus_render_cpu::camera;
@@ -71,6 +72,9 @@ pub struct RenderArgs {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Fewest bytes that drawing and writing a pixel takes: its radiance and its place in the file's buffer.
+const BYTES_A_PIXEL: u64 = 12 + 3;
 
 /// A picture that was drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -148,6 +152,13 @@ impl<'a> Job<'a> {
         let frames = Frames::new(input, renderer.as_ref())?;
         let scene = frames.scene();
         let camera = args.camera.as_deref();
+        let size = args.size;
+        let pixels = u64::from(size.0.x) * u64::from(size.0.y);
+        memory::require(
+            BYTES_A_PIXEL * pixels,
+            &format!("an image of {size} pixels"),
+            "choose a smaller --size",
+        )?;
         let view = camera::view(scene, camera, args.size.0, args.spp).or_input()?;
         let exposure = match args.exposure {
             Some(stops) => stops as f32,

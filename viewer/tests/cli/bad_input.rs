@@ -44,7 +44,7 @@ fn every_recording_command_refuses(folder: &Folder, input: &str, parts: &[&str])
 #[track_caller]
 fn refuses(folder: &Folder, args: &[&str], parts: &[&str]) {
     folder.run(args).exits(2).error_says(parts).silent();
-    for output in ["out.mrec", "out.png", "out.npz"] {
+    for output in ["out.mrec", "out.png", "out.gif", "out.npz"] {
         assert!(!folder.path(output).exists(), "{args:?} left {output} behind");
     }
 }
@@ -176,6 +176,28 @@ fn a_grid_of_too_many_samples_is_refused() {
     );
 }
 
+#[test]
+#[cfg(target_os = "linux")]
+fn an_image_too_large_for_memory_is_refused_with_both_figures() {
+    let folder = Folder::with_recording();
+    let ended =
+        folder.shell("ulimit -v 2000000; meniscus render run.mrec --size 16384x16384 --threads 2 -o out.png");
+    ended
+        .exits(2)
+        .error_says(&["16384x16384", "3.75 GiB", "of memory can be had", "--size"])
+        .silent();
+}
+
+#[test]
+fn a_gif_that_no_viewer_can_show_is_refused() {
+    let folder = Folder::with_recording();
+    refuses(
+        &folder,
+        &["render", "run.mrec", "--speed", "100", "-o", "out.gif"],
+        &["out.gif", "1000 frames a second", "--speed"],
+    );
+}
+
 /// A grid that is allowed, but for which this process may not have the memory.
 #[test]
 #[cfg(target_os = "linux")]
@@ -269,6 +291,7 @@ fn wrong_arguments_of_render_are_told() {
         (&["--size", "0x10"], &["--size", "from 1 to 16384"]),
         (&["--size", "99999x10"], &["--size", "from 1 to 16384"]),
         (&["--spp", "0"], &["--spp"]),
+        (&["--speed", "0"], &["--speed"]),
         (&["--exposure", "nan"], &["--exposure", "finite"]),
         (&["--at", "-1"], &["--at", "from 0 on"]),
         (&["--at", "100"], &["--at 100", "ends at 0.5 s"]),
@@ -342,16 +365,25 @@ fn wrong_arguments_of_the_other_commands_are_told() {
 #[test]
 fn outputs_that_name_a_directory_are_refused() {
     let folder = Folder::with_recording();
-    std::fs::create_dir(folder.path("taken.png")).unwrap();
-    for args in [
-        &["record", "scene.toml", "-o", "taken.png"][..],
-        &["render", "run.mrec", "-o", "taken.png"],
-        &["export", "run.mrec", "--format", "npz", "-o", "taken.png"],
+    for name in ["taken.png", "taken.npz", "taken.pvd"] {
+        std::fs::create_dir(folder.path(name)).unwrap();
+    }
+    for (args, name) in [
+        (&["record", "scene.toml", "-o", "taken.png"][..], "taken.png"),
+        (&["render", "run.mrec", "-o", "taken.png"], "taken.png"),
+        (
+            &["export", "run.mrec", "--format", "npz", "-o", "taken"],
+            "taken.npz",
+        ),
+        (
+            &["export", "run.mrec", "--format", "vtk", "-o", "taken"],
+            "taken.pvd",
+        ),
     ] {
         folder
             .run(args)
             .exits(2)
-            .error_says(&["taken.png", "is a directory"])
+            .error_says(&[name, "is a directory"])
             .silent();
     }
 }
@@ -359,10 +391,12 @@ fn outputs_that_name_a_directory_are_refused() {
 #[test]
 fn an_input_is_never_overwritten() {
     let folder = Folder::with_recording();
-    let before = (folder.read("scene.toml"), folder.read("run.mrec"));
+    // The name of a recording is the user's choice.
+    std::fs::rename(folder.path("run.mrec"), folder.path("run.npz")).unwrap();
+    let before = (folder.read("scene.toml"), folder.read("run.npz"));
     for args in [
         &["record", "scene.toml", "-o", "./scene.toml"][..],
-        &["export", "run.mrec", "--format", "npz", "-o", "./run.mrec"],
+        &["export", "run.npz", "--format", "npz", "-o", "./run.npz"],
     ] {
         folder
             .run(args)
@@ -370,5 +404,5 @@ fn an_input_is_never_overwritten() {
             .error_says(&["would be overwritten"])
             .silent();
     }
-    assert!(before == (folder.read("scene.toml"), folder.read("run.mrec")));
+    assert!(before == (folder.read("scene.toml"), folder.read("run.npz")));
 }

@@ -113,16 +113,21 @@ fn image_opens(path: &Path) -> bool {
 
 #[test]
 fn a_full_device_is_told() {
-    let folder = Folder::with_scene();
+    let folder = Folder::with_recording();
     if !Path::new("/dev/full").exists() {
         println!("left out: this system has no /dev/full");
         return;
     }
-    let ended = folder.run(["record", "scene.toml", "-o", "/dev/full"]);
-    ended
-        .exits(1)
-        .error_says(&["/dev/full", "No space left on device"])
-        .silent();
+    for args in [
+        &["record", "scene.toml", "-o", "/dev/full"][..],
+        &["export", "run.mrec", "--format", "npz", "-o", "/dev/full"],
+    ] {
+        folder
+            .run(args)
+            .exits(1)
+            .error_says(&["/dev/full", "No space left on device"])
+            .silent();
+    }
 }
 
 /// A small file system that is unmounted again.

@@ -1,8 +1,5 @@
 //! Runs the real `meniscus` binary in a folder of its own and looks at what it says.
 
-// Helpers outside `#[test]` functions may unwrap as tests do, and this is the root of nothing but tests.
-#![allow(clippy::unwrap_used, unreachable_pub)]
-
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
