@@ -12,9 +12,7 @@ pub(super) const ABOUT: &str = "Flood a valley of real terrain, run a wave solve
 
 /// Arguments of `meniscus demo`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Example:\n  meniscus demo --out demo"
-)]
+#[command(after_help = "Example:\n  meniscus demo --out demo")]
 pub struct DemoArgs {
     /// Folder for the recording and the pictures; made where it is missing
     #[arg(long, value_name = "DIR", default_value = "meniscus-demo")]
@@ -23,5 +21,7 @@ pub struct DemoArgs {
 
 pub(super) fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     let _ = (args, console);
-    Err(Failure::run("the demo is not part of this version; `meniscus record` and `meniscus render` do its work step by step"))
+    Err(Failure::run(
+        "the demo is not part of this version; `meniscus record` and `meniscus render` do its work step by step",
+    ))
 }

@@ -69,9 +69,17 @@ pub(super) fn solvers(args: &ListArgs, console: &Console) -> Result<(), Failure>
 }
 
 fn table(entries: &[Entry]) -> String {
-    let mut table = Table::new(&[("name", Align::Left), ("available", Align::Left), ("what it does", Align::Left)]);
+    let mut table = Table::new(&[
+        ("name", Align::Left),
+        ("available", Align::Left),
+        ("what it does", Align::Left),
+    ]);
     for entry in entries {
-        let available = if entry.available { "yes" } else { "not in this build" };
+        let available = if entry.available {
+            "yes"
+        } else {
+            "not in this build"
+        };
         table.row(vec![entry.name.into(), available.into(), entry.summary.into()]);
     }
     table.render()

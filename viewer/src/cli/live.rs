@@ -51,7 +51,11 @@ impl ChannelChoice {
 
 /// What becomes of each optional channel when a scene is recorded: those that `recording.channels` names, else those
 /// that `renderer` needs, as far as the run offers them.
-pub(crate) fn choose_channels(scene: &Scene, offers: Channels, renderer: &dyn Renderer) -> Vec<ChannelChoice> {
+pub(crate) fn choose_channels(
+    scene: &Scene,
+    offers: Channels,
+    renderer: &dyn Renderer,
+) -> Vec<ChannelChoice> {
     let solver = solvers::name_of(&scene.description.solver);
     let needs = renderer.needs(scene);
     let named = scene.description.recording.channels.as_deref();
@@ -65,7 +69,10 @@ pub(crate) fn choose_channels(scene: &Scene, offers: Channels, renderer: &dyn Re
         };
         let (active, reason) = match (wanted, offers.contains(channel)) {
             (true, true) => (true, format!("asked for by {by}")),
-            (true, false) => (false, format!("asked for by {by}, but solver `{solver}` does not offer it")),
+            (true, false) => (
+                false,
+                format!("asked for by {by}, but solver `{solver}` does not offer it"),
+            ),
             (false, _) => (false, format!("not asked for by {by}")),
         };
         ChannelChoice {

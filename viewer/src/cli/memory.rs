@@ -39,7 +39,12 @@ fn available() -> Option<u64> {
 /// The bytes of a line `name  N kB`.
 fn kibibytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+    line.trim()
+        .strip_suffix("kB")?
+        .trim()
+        .parse::<u64>()
+        .ok()?
+        .checked_mul(1024)
 }
 
 /// What a control group still lets its processes have; file pages that it can drop count as free.
@@ -53,7 +58,9 @@ fn group_room(max: &str, current: &str, stat: &str) -> Option<u64> {
 
 /// The soft limit of the address space in bytes, where there is one.
 fn address_space_limit(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("Max address space"))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
@@ -67,7 +74,10 @@ mod tests {
             kibibytes("MemTotal:  9 kB\nMemAvailable:   2048 kB\n", "MemAvailable:"),
             Some(2 << 20)
         );
-        assert_eq!(group_room("1000\n", "700\n", "file 9\ninactive_file 200\n"), Some(500));
+        assert_eq!(
+            group_room("1000\n", "700\n", "file 9\ninactive_file 200\n"),
+            Some(500)
+        );
         assert_eq!(group_room("max\n", "700\n", ""), None);
         let limits = "Limit  Soft Limit  Hard Limit  Units\nMax address space  4096  unlimited  bytes\n";
         assert_eq!(address_space_limit(limits), Some(4096));

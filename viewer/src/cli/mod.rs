@@ -191,8 +191,14 @@ mod tests {
     fn every_command_has_an_example() {
         for command in Cli::command().get_subcommands() {
             let name = command.get_name();
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            assert!(help.contains(&format!("meniscus {name}")), "no example in `meniscus help {name}`");
+            let help = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            assert!(
+                help.contains(&format!("meniscus {name}")),
+                "no example in `meniscus help {name}`"
+            );
         }
     }
 }

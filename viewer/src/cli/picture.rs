@@ -26,7 +26,11 @@ impl PictureKind {
     /// # Errors
     /// [`Failure::Input`] that lists the kinds.
     pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let extension = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_ascii_lowercase();
         match extension.as_str() {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
@@ -162,13 +166,23 @@ mod tests {
     fn the_extension_says_the_kind() {
         assert_eq!(PictureKind::of(Path::new("a/b.PNG")).ok(), Some(PictureKind::Png));
         for bad in ["a", "a.jpg", "png", ".png"] {
-            assert_eq!(PictureKind::of(Path::new(bad)).unwrap_err().exit_code(), 2, "{bad}");
+            assert_eq!(
+                PictureKind::of(Path::new(bad)).unwrap_err().exit_code(),
+                2,
+                "{bad}"
+            );
         }
     }
 
     #[test]
     fn names_sort_as_frames_do() {
-        assert_eq!(numbered_name(Path::new("d/w.png"), 7, 120), Path::new("d/w-0007.png"));
-        assert_eq!(numbered_name(Path::new("w.a.exr"), 7, 12_345), Path::new("w.a-00007.exr"));
+        assert_eq!(
+            numbered_name(Path::new("d/w.png"), 7, 120),
+            Path::new("d/w-0007.png")
+        );
+        assert_eq!(
+            numbered_name(Path::new("w.a.exr"), 7, 12_345),
+            Path::new("w.a-00007.exr")
+        );
     }
 }

@@ -29,12 +29,10 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
 
 /// Arguments of `meniscus render`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
-        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 --camera corner -o tank.exr"
-)]
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 --camera corner -o tank.exr")]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
     #[arg(value_name = "RUN.mrec|SCENE.toml")]
@@ -250,7 +248,10 @@ impl<'a> Job<'a> {
                 !interrupt.pressed()
             };
             let scene = self.frames.scene();
-            let report = match self.renderer.render(scene, &frame, &self.view, &mut image, &advance) {
+            let report = match self
+                .renderer
+                .render(scene, &frame, &self.view, &mut image, &advance)
+            {
                 Ok(report) => report,
                 Err(RenderError::Interrupted) => return Err(stopped()),
                 Err(error) => return Err(Failure::Run(error.into())),
@@ -258,7 +259,10 @@ impl<'a> Job<'a> {
             let file = pictures.write(&image, index)?;
             rendered.rays += report.rays;
             for (stage, seconds) in report.stages {
-                console.detail(format!("frame {index}: {stage} took {}", format::seconds(seconds)));
+                console.detail(format!(
+                    "frame {index}: {stage} took {}",
+                    format::seconds(seconds)
+                ));
             }
             rendered.pictures.push(Drawn {
                 file,
@@ -274,7 +278,11 @@ impl<'a> Job<'a> {
 fn kept(written: usize, total: u64, out: &Path) -> String {
     match written {
         0 => "no picture was finished".to_owned(),
-        _ => format!("{written} of {} finished, the last in {}", format::count(total, "picture"), out.display()),
+        _ => format!(
+            "{written} of {} finished, the last in {}",
+            format::count(total, "picture"),
+            out.display()
+        ),
     }
 }
 

@@ -214,7 +214,9 @@ fn situations() -> anyhow::Result<Vec<Situation>> {
         }
         .build()?,
         Basin {
+            // Between walls a single row spans no domain.
             size: UVec2::new(48, 1),
+            edges: Edges::Periodic,
             ..plain("a single row of samples")
         }
         .build()?,
