@@ -214,10 +214,9 @@ fn situations() -> anyhow::Result<Vec<Situation>> {
         }
         .build()?,
         Basin {
-            // Between walls a single row spans no domain.
-            size: UVec2::new(48, 1),
+            size: UVec2::new(48, 2),
             edges: Edges::Periodic,
-            ..plain("a single row of samples")
+            ..plain("two rows of samples")
         }
         .build()?,
     ];
