@@ -11,8 +11,10 @@ pub mod expectation;
 mod figures;
 mod html;
 pub mod machine;
+mod march;
 pub mod measure;
 pub mod plot;
+mod raycast;
 mod recording;
 mod report;
 pub mod row;
@@ -124,6 +126,7 @@ impl StudyOutcome {
 pub fn all() -> Vec<&'static dyn Study> {
     vec![
         &wave_equation::WaveEquationStudy,
+        &raycast::RaycastStudy,
         &recording::RecordingStudy,
         &stability::StabilityStudy,
     ]

@@ -56,10 +56,10 @@ impl Study for RecordingStudy {
         let rain = frames_of_rain(size)?;
         Ok(vec![
             case(
-                "open sea",
+                "lively sea",
                 format!(
-                    "{FRAMES} frames of {size}² samples of 24 procedural waves of 1.5 to 40 m with a significant height \
-                     of about 0.5 m, 30 frames a second; the truth is the frames themselves."
+                    "{FRAMES} frames of {size}² samples, 0.5 m apart, of 64 procedural waves of 4 to 60 m with a \
+                     significant height of 1 m, 30 frames a second; the truth is the frames themselves."
                 ),
                 sea,
             ),
@@ -105,24 +105,31 @@ fn footage(scene: Scene, mut act: impl FnMut(usize) -> Vec<Action>) -> anyhow::R
     Ok(Arc::new(Footage { scene, frames }))
 }
 
+/// The sea that the bars on size are stated for: waves of 4 to 60 m on samples 0.5 m apart, significant height 1 m.
 fn frames_of_sea(size: u32) -> anyhow::Result<Arc<Footage>> {
-    let grid = GridSpec::new(Vec2::ZERO, 0.25, UVec2::splat(size))?;
+    const COUNT: u16 = 64;
+    let grid = GridSpec::new(Vec2::ZERO, 0.5, UVec2::splat(size))?;
     let mut rng = Rng::new(11, 0);
-    let waves = (0..24).map(|n| {
-        let wavelength = 40.0 * (1.5_f32 / 40.0).powf(n as f32 / 23.0);
-        Wave {
-            // A slope spectrum that is about as steep at every length.
-            amplitude: 0.0035 * wavelength,
-            wavelength,
-            direction: 90.0 * (rng.uniform_f32() - 0.5),
-            phase: 360.0 * rng.uniform_f32(),
-            steepness: 0.0,
-        }
-    });
+    let mut waves: Vec<Wave> = (0..COUNT)
+        .map(|n| {
+            let wavelength = 60.0 * (4.0_f32 / 60.0).powf(f32::from(n) / f32::from(COUNT - 1));
+            Wave {
+                amplitude: wavelength.powf(1.5),
+                wavelength,
+                direction: 180.0 * (rng.uniform_f32() - 0.5),
+                phase: 360.0 * rng.uniform_f32(),
+                steepness: 0.0,
+            }
+        })
+        .collect();
+    let variance: f32 = waves.iter().map(|w| 0.5 * w.amplitude * w.amplitude).sum();
+    waves
+        .iter_mut()
+        .for_each(|w| w.amplitude *= 0.25 / variance.sqrt());
     let choice = Choice::Procedural(Procedural {
         spacing: grid.spacing,
         depth: None,
-        waves: waves.collect(),
+        waves,
     });
     footage(scene(grid, choice, Edges::Open, None, None)?, |_| Vec::new())
 }

@@ -214,8 +214,9 @@ fn situations() -> anyhow::Result<Vec<Situation>> {
         }
         .build()?,
         Basin {
-            size: UVec2::new(48, 1),
-            ..plain("a single row of samples")
+            size: UVec2::new(48, 2),
+            edges: Edges::Periodic,
+            ..plain("two rows of samples")
         }
         .build()?,
     ];
