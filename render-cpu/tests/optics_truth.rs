@@ -137,7 +137,7 @@ fn from_below(angle: f64, waves: f32) -> AuxiliaryPixel {
     let frame = frame(spec, |p| waves * (p.x + 0.7 * p.y).sin());
     *exact()
         .render_aux(&scene, &frame, &view, &|_| true)
-        .unwrap()
+        .expect("the scene of the test is drawn")
         .pixel(0, 0)
 }
 

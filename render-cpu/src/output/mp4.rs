@@ -36,7 +36,7 @@ impl Mp4Writer {
     /// [`OutputError`]: both sides must be even, and `ffmpeg` must be on the PATH.
     pub fn create(path: &Path, size: UVec2, rate: f64) -> Result<Self, OutputError> {
         check_size(path, size)?;
-        if size.x % 2 != 0 || size.y % 2 != 0 {
+        if !size.x.is_multiple_of(2) || !size.y.is_multiple_of(2) {
             return Err(OutputError::Size {
                 path: path.to_owned(),
                 width: size.x,

@@ -10,7 +10,7 @@ use meniscus_sim::Scene;
 use meniscus_sim::rng::Rng;
 
 /// Stream of the random generator that noise draws from.
-const NOISE_STREAM: u64 = 0x6e6f_6973_65;
+const NOISE_STREAM: u64 = 0x006e_6f69_7365;
 /// Samples of the noise lattice along a side; octaves are turned against each other so that repeats do not align.
 const LATTICE: usize = 128;
 const OCTAVES: u32 = 10;

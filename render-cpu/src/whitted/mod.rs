@@ -294,7 +294,7 @@ struct Pixel {
 
 impl Pixel {
     /// Stream of the random generator that shifts draw from.
-    const STREAM: u64 = 0x7069_7865_6c;
+    const STREAM: u64 = 0x0070_6978_656c;
 
     fn new(seed: u64, x: u32, y: u32, samples: u32) -> Self {
         let mut rng = Rng::new(seed, Self::STREAM ^ (u64::from(y) << 32 | u64::from(x)) << 8);

@@ -7,7 +7,7 @@ use meniscus_sim::scene::description::*;
 use meniscus_sim::{Frame, Grid, GridSpec, Scene};
 
 /// A still scene over `spec`: uniform sky of radiance 1, no sun, clear water at level 0, open edges, no ground.
-pub fn scene(spec: GridSpec) -> Scene {
+pub(crate) fn scene(spec: GridSpec) -> Scene {
     let open = Boundary {
         x_min: Edge::Open,
         x_max: Edge::Open,
@@ -53,17 +53,17 @@ pub fn scene(spec: GridSpec) -> Scene {
     }
 }
 
-pub fn square(n: u32, spacing: f32) -> GridSpec {
-    GridSpec::new(Vec2::ZERO, spacing, UVec2::splat(n)).unwrap()
+pub(crate) fn square(n: u32, spacing: f32) -> GridSpec {
+    GridSpec::new(Vec2::ZERO, spacing, UVec2::splat(n)).expect("a grid of the test")
 }
 
 /// Level ground at `height`.
-pub fn floor(scene: &mut Scene, height: f32) {
+pub(crate) fn floor(scene: &mut Scene, height: f32) {
     scene.description.terrain = Some(Terrain::Flat { height });
     scene.terrain = Some(Grid::filled(scene.grid, height));
 }
 
-pub fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
+pub(crate) fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
     let across = (target - position).normalize().cross(Vec3::Y).length() > 1e-3;
     View {
         position,
@@ -75,17 +75,17 @@ pub fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
     }
 }
 
-pub fn frame(spec: GridSpec, elevation: impl Fn(Vec2) -> f32) -> Frame {
+pub(crate) fn frame(spec: GridSpec, elevation: impl Fn(Vec2) -> f32) -> Frame {
     let mut frame = Frame::new(spec);
     frame.elevation = Grid::from_fn(spec, |i, j| elevation(spec.position(i, j)));
     frame
 }
 
-pub fn draw(renderer: &mut dyn Renderer, scene: &Scene, frame: &Frame, view: &View) -> (Image, RenderReport) {
+pub(crate) fn draw(renderer: &mut dyn Renderer, scene: &Scene, frame: &Frame, view: &View) -> (Image, RenderReport) {
     let mut image = Image::default();
     let report = renderer
         .render(scene, frame, view, &mut image, &|_| true)
-        .unwrap();
+        .expect("the scene of the test is drawn");
     assert_eq!(image.pixels.len(), (view.size.x * view.size.y) as usize);
     assert!(
         image
