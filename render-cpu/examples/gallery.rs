@@ -1,5 +1,6 @@
 //! Pictures of scenes made by hand, to look at: `cargo run --release -p meniscus-render-cpu --example gallery -- OUT [NAME…]`
 //! writes one PNG a scene. `--size WxH` and `--samples N` set what they say.
+#![allow(clippy::print_stdout)]
 
 use meniscus_render_cpu::output::write_png;
 use meniscus_render_cpu::tonemap::ToneMap;
@@ -274,6 +275,7 @@ fn sea(sky: &str, elevation: f32, azimuth: f32, eye: Vec3) -> Result<(Scene, Fra
     d.cameras = look(eye, eye + Vec3::new(30.0, -5.0, -60.0), 45.0, 0.0);
     let mut scene = scene(d, spec);
     if sky.is_empty() {
+        scene.description.light.sun = sun(elevation, azimuth, Vec3::new(3.2, 3.0, 2.6));
         scene.description.light.sky = Sky::Daylight {
             turbidity: 3.0,
             scale: 1.0,
