@@ -2,6 +2,8 @@
 
 mod common;
 
+#![allow(clippy::unwrap_used)] // a test may panic
+
 use common::{draw, floor, frame, scene, square, view};
 use meniscus_render_cpu::{Settings, Whitted, camera};
 use meniscus_sim::frame::{BodyPose, Channels};
