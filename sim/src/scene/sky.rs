@@ -120,7 +120,11 @@ impl Panorama {
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
         // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
         // fifth of the sun's own value.
-        let brightest = pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
+        let brightest = pixels
+            .iter()
+            .map(|p| p.max_element())
+            .filter(|v| v.is_finite())
+            .fold(0.0, f32::max);
         let lowest = -MOST_NEGATIVE * brightest;
         if let Some(k) = pixels
             .iter()
@@ -207,7 +211,7 @@ mod tests {
         };
         assert_eq!(message(2.5), Ok(2.5));
         assert_eq!(message(-0.01), Ok(0.0));
-        for bad in [f32::NAN, f32::INFINITY, -0.5] {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5] {
             assert!(
                 message(bad)
                     .unwrap_err()

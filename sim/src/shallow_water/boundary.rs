@@ -20,9 +20,13 @@ struct Ghost {
     at: usize,
     mirror: usize,
     nearest: usize,
+    /// The cell behind the nearest one.
+    second: usize,
     wrapped: usize,
     /// Number of the cell along the edge.
     along: usize,
+    /// Distance from the nearest cell, in cells.
+    distance: usize,
 }
 
 /// One of the four edges.
@@ -70,21 +74,34 @@ impl Side {
         let Layout { nx, nz, stride } = layout;
         let Self { x, upper, .. } = self;
         let count = if x { nx } else { nz };
-        let along = if x { GHOSTS..GHOSTS + nz } else { 0..nx + 2 * GHOSTS };
+        let along = if x {
+            GHOSTS..GHOSTS + nz
+        } else {
+            0..nx + 2 * GHOSTS
+        };
         (1..=GHOSTS).flat_map(move |g| {
-            let (at, mirror, nearest, wrapped) = if upper {
-                (GHOSTS + count + g - 1, GHOSTS + count - g, GHOSTS + count - 1, GHOSTS + g - 1)
+            let last = GHOSTS + count - 1;
+            let (at, mirror, nearest, second, wrapped) = if upper {
+                (last + g, last + 1 - g, last, last - 1, GHOSTS + g - 1)
             } else {
-                (GHOSTS - g, GHOSTS + g - 1, GHOSTS, GHOSTS + count - g)
+                (GHOSTS - g, GHOSTS + g - 1, GHOSTS, GHOSTS + 1, last + 1 - g)
             };
             along.clone().map(move |k| {
-                let index = |normal: usize| if x { k * stride + normal } else { normal * stride + k };
+                let index = |normal: usize| {
+                    if x {
+                        k * stride + normal
+                    } else {
+                        normal * stride + k
+                    }
+                };
                 Ghost {
                     at: index(at),
                     mirror: index(mirror),
                     nearest: index(nearest),
+                    second: index(second),
                     wrapped: index(wrapped),
                     along: k,
+                    distance: g,
                 }
             })
         })
@@ -107,19 +124,26 @@ impl Boundary {
 
     /// Whether the state beyond an edge may change while nothing inside does.
     pub(crate) fn drives(&self) -> bool {
-        SIDES
-            .iter()
-            .any(|s| matches!(s.condition(&self.edges), Condition::Elevation(_) | Condition::Discharge(_)))
+        SIDES.iter().any(|s| {
+            matches!(
+                s.condition(&self.edges),
+                Condition::Elevation(_) | Condition::Discharge(_)
+            )
+        })
     }
 
-    /// Fills the ghosts of a bed: mirrored beyond walls, repeated beyond periodic edges, level beyond the others.
+    /// Fills the ghosts of a bed: mirrored beyond walls, repeated beyond periodic edges, continued
+    /// straight on beyond the others.
     pub(crate) fn fill_bed<T: Real>(&self, bed: &mut [T]) {
         for side in SIDES {
             for ghost in side.ghosts(self.layout) {
                 bed[ghost.at] = match side.condition(&self.edges) {
                     Condition::Wall => bed[ghost.mirror],
                     Condition::Periodic => bed[ghost.wrapped],
-                    _ => bed[ghost.nearest],
+                    _ => {
+                        let slope = bed[ghost.nearest] - bed[ghost.second];
+                        bed[ghost.nearest] + T::from_f64(ghost.distance as f64) * slope
+                    }
                 };
             }
         }
@@ -174,14 +198,41 @@ impl Boundary {
                 let sign = if side.upper { 1.0 } else { -1.0 };
                 let (normal, across) = if side.x { (qx[k], qz[k]) } else { (qz[k], qx[k]) };
                 let inside = Water::new(h[k].to_f64(), sign * normal.to_f64(), across.to_f64(), film);
-                let beyond = match condition {
-                    Condition::Elevation(_) => inside.at_depth(value - bed[k].to_f64()),
-                    Condition::Discharge(_) => inside.at_discharge(value),
-                    _ => inside.leaving(self.still[side.number][ghost.along]),
+                let z = |at: usize| bed[at].to_f64();
+                // The slope of the surface inside goes on outside where the flow, not a wave, makes it.
+                let slope = if h[k].to_f64() > film && h[ghost.second].to_f64() > film {
+                    let slope = (h[k] - h[ghost.second]).to_f64() + (z(k) - z(ghost.second));
+                    slope.clamp(-inside.h, inside.h)
+                } else {
+                    0.0
                 };
-                let (normal, across) = (sign * beyond.q, beyond.across);
-                h[at] = T::from_f64(beyond.h);
-                let (x, z) = if side.x { (normal, across) } else { (across, normal) };
+                let distance = ghost.distance as f64;
+                let (beyond, rise) = match condition {
+                    // The value is that of the edge itself, half a cell before the first ghost.
+                    Condition::Elevation(_) => (inside.at_depth(value - z(k)), (distance - 0.5) * slope),
+                    Condition::Discharge(_) => (inside.at_discharge(value), distance * slope),
+                    _ => (inside.leaving(self.still[side.number][ghost.along]), 0.0),
+                };
+                let fall = z(k) - z(at);
+                let level = (beyond.h + rise + fall).max(0.0);
+                let (depth, normal) = match condition {
+                    // The discharge is what is given, or follows from the given depth.
+                    Condition::Elevation(_) | Condition::Discharge(_) => (level, beyond.q),
+                    // Over dry land: downhill as a uniform flow, uphill under a level surface.
+                    _ if beyond.free => {
+                        let depth = level.min(beyond.h);
+                        (depth, beyond.u * depth)
+                    }
+                    _ => (level, beyond.u * level),
+                };
+                let normal = if depth > 0.0 { sign * normal } else { 0.0 };
+                let across = if depth > 0.0 { beyond.across } else { 0.0 };
+                h[at] = T::from_f64(depth);
+                let (x, z) = if side.x {
+                    (normal, across)
+                } else {
+                    (across, normal)
+                };
                 (qx[at], qz[at]) = (T::from_f64(x), T::from_f64(z));
             }
         }
@@ -199,6 +250,8 @@ struct Water {
     across: f64,
     u: f64,
     c: f64,
+    /// Whether nothing stands against its leaving.
+    free: bool,
 }
 
 impl Water {
@@ -210,18 +263,24 @@ impl Water {
             across,
             u: q * 2.0 * h / (h * h + thick * thick),
             c: (GRAVITY * h).sqrt(),
+            free: false,
         }
     }
 
     /// The same with another depth and velocity; momentum along the edge only leaves, none enters.
     fn with(self, h: f64, u: f64) -> Self {
-        let across = if u > 0.0 && self.h > 0.0 { self.across / self.h * h } else { 0.0 };
+        let across = if u > 0.0 && self.h > 0.0 {
+            self.across / self.h * h
+        } else {
+            0.0
+        };
         Self {
             h,
             q: h * u,
             across,
             u,
             c: (GRAVITY * h).sqrt(),
+            free: false,
         }
     }
 
@@ -230,6 +289,8 @@ impl Water {
         if still <= 0.0 || self.u >= self.c {
             return Self {
                 q: self.q.max(0.0),
+                u: self.u.max(0.0),
+                free: true,
                 ..self
             };
         }
@@ -255,7 +316,11 @@ impl Water {
     fn at_discharge(self, inwards: f64) -> Self {
         if inwards <= 0.0 {
             // An outflow that takes no more than there is.
-            let u = if self.h > 0.0 { (-inwards / self.h).min(self.c) } else { 0.0 };
+            let u = if self.h > 0.0 {
+                (-inwards / self.h).min(self.c)
+            } else {
+                0.0
+            };
             return Self {
                 q: self.h * u,
                 u,
@@ -305,7 +370,10 @@ mod tests {
         // Inflow 4.42 m²/s at 2 m: the invariant of the state gives the state back.
         let inside = Water::new(2.0, -4.42, 0.0, 1e-5);
         let water = inside.at_discharge(4.42);
-        assert!((water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12, "{water:?}");
+        assert!(
+            (water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12,
+            "{water:?}"
+        );
         let water = inside.at_depth(2.0);
         assert!((water.h - 2.0).abs() < 1e-12 && (water.q + 4.42).abs() < 1e-12);
         // Onto dry ground it is critical.

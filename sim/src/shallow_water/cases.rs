@@ -132,7 +132,10 @@ impl Case {
                 dam_break(cells, options, 0.001, move |x, t| exact.at(x, t))
             }
             Self::Ritter => {
-                let exact = Ritter { dam: 5.0, left: 0.005 };
+                let exact = Ritter {
+                    dam: 5.0,
+                    left: 0.005,
+                };
                 dam_break(cells, options, 0.0, move |x, t| exact.at(x, t))
             }
             Self::ObliqueStoker => oblique(cells, options),
@@ -144,7 +147,9 @@ impl Case {
                     amplitude: 0.5,
                 };
                 let bed = move |x: f64, z: f64| basin.bed(x, z);
-                bowl(cells, options, basin.period(), bed, move |x, z, t| basin.at(x, z, t))
+                bowl(cells, options, basin.period(), bed, move |x, z, t| {
+                    basin.at(x, z, t)
+                })
             }
             Self::ThackerRadial => {
                 let basin = ThackerRadial {
@@ -154,7 +159,9 @@ impl Case {
                     shore: 0.8_f64.sqrt(),
                 };
                 let bed = move |x: f64, z: f64| basin.bed(x, z);
-                bowl(cells, options, basin.period(), bed, move |x, z, t| basin.at(x, z, t))
+                bowl(cells, options, basin.period(), bed, move |x, z, t| {
+                    basin.at(x, z, t)
+                })
             }
             Self::Bump(flow) => bump(cells, options, flow),
             Self::MacDonald => macdonald(cells, options),
@@ -235,7 +242,10 @@ impl Setup {
             let last = h.iter().rposition(|&h| h > threshold)?;
             Some([first as f64, last as f64])
         };
-        match (ends(&depths[j * spec.width()..(j + 1) * spec.width()]), ends(&exact)) {
+        match (
+            ends(&depths[j * spec.width()..(j + 1) * spec.width()]),
+            ends(&exact),
+        ) {
             (Some(a), Some(b)) => (a[0] - b[0]).abs().max((a[1] - b[1]).abs()),
             _ => 0.0,
         }

@@ -165,7 +165,14 @@ mod tests {
     #[test]
     fn series_are_linear_and_constant_beyond_their_ends() {
         let series = Series::new(&[[0.0, 1.0], [2.0, 5.0], [3.0, 4.0]]).unwrap();
-        for (time, value) in [(-1.0, 1.0), (0.0, 1.0), (1.0, 3.0), (2.0, 5.0), (2.5, 4.5), (9.0, 4.0)] {
+        for (time, value) in [
+            (-1.0, 1.0),
+            (0.0, 1.0),
+            (1.0, 3.0),
+            (2.0, 5.0),
+            (2.5, 4.5),
+            (9.0, 4.0),
+        ] {
             assert_eq!(series.at(time), value);
         }
         assert!(Series::new(&[]).is_err());

@@ -69,7 +69,12 @@ fn initial(scene: &Scene) -> Result<Initial, BuildError> {
                 let square = (dx * dx + dz * dz) / (f64::from(*radius) * f64::from(*radius));
                 // Land stays dry: a hump is one of the water.
                 let wet = level > f64::from(ground[(i, j)]);
-                level + if wet { f64::from(*height) * (-0.5 * square).exp() } else { 0.0 }
+                level
+                    + if wet {
+                        f64::from(*height) * (-0.5 * square).exp()
+                    } else {
+                        0.0
+                    }
             }
             description::Initial::Array { .. } => {
                 let array = scene.initial_elevation.as_ref().filter(|e| *e.spec() == spec)?;

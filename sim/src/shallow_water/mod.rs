@@ -16,5 +16,5 @@ mod totals;
 
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use edges::{Condition, Edges, Series};
-pub use settings::{SetupError, DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, position};
+pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
 pub use solver::ShallowWater;

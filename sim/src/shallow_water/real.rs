@@ -113,7 +113,10 @@ mod tests {
             let x = 1.37_f64.powi(k) * 1.1;
             let single = (x as f32).inverse_cube_root();
             let double = x.inverse_cube_root();
-            assert!((f64::from(single) * f64::from(x as f32).cbrt() - 1.0).abs() < 4e-7, "{x}");
+            assert!(
+                (f64::from(single) * f64::from(x as f32).cbrt() - 1.0).abs() < 4e-7,
+                "{x}"
+            );
             assert!((double * x.cbrt() - 1.0).abs() < 1e-14, "{x}");
         }
     }

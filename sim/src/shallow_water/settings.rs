@@ -110,7 +110,9 @@ pub enum SetupError {
     #[error(transparent)]
     Grid(#[from] GridError),
     /// Too few samples.
-    #[error("shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing")]
+    #[error(
+        "shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing"
+    )]
     Narrow(usize, usize),
     /// An array has the wrong length.
     #[error("{what} has {found} values; the grid has {expected} samples")]
@@ -123,7 +125,9 @@ pub enum SetupError {
         found: usize,
     },
     /// A value is not finite or too large to compute with.
-    #[error("{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there")]
+    #[error(
+        "{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there"
+    )]
     Value {
         /// Which quantity, with its unit.
         what: &'static str,
@@ -182,9 +186,7 @@ impl Settings {
                 Err(SetupError::Parameter { name, value, range })
             }
         };
-        let Self {
-            manning, courant, ..
-        } = *self;
+        let Self { manning, courant, .. } = *self;
         parameter(
             "manning",
             manning,
@@ -198,7 +200,12 @@ impl Settings {
             "above 0 and at most 0.5",
         )?;
         if let Some(film) = self.film_depth {
-            parameter("film_depth", film, film.is_finite() && film > 0.0, "a positive length in metres")?;
+            parameter(
+                "film_depth",
+                film,
+                film.is_finite() && film > 0.0,
+                "a positive length in metres",
+            )?;
         }
         if let Some(level) = self.level {
             parameter("level", level, level.abs() <= HEIGHT_LIMIT, "within ±1e6 m")?;

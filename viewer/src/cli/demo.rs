@@ -3,7 +3,7 @@
 use super::args::{FrameRange, ImageSize, Overrides};
 use super::console::Console;
 use super::cost::{Cost, Stopwatch};
-use super::failure::{Classify as _, Failure};
+use super::failure::Failure;
 use super::format::{self, Align, Table};
 use super::interrupt::Interrupt;
 use super::record::{Recorded, record_scene};
@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What `meniscus help demo` says first.
-pub(super) const ABOUT: &str = "Flood a valley of real terrain, run a wave solver over it with rain and a travelling push, write the \
+pub(super) const ABOUT: &str = "Break a dam in a valley of real terrain, with rain and a travelling push, write the \
     recording, render stills and a short animation, and print what it cost. About a minute on two cores; needs no \
     GPU and no network.";
 
@@ -30,19 +30,28 @@ pub struct DemoArgs {
 
 /// The scene with what it names: part of the program, so that the demo runs from any folder.
 const INPUTS: [(&str, &[u8]); 3] = [
-    ("scenes/valley.toml", include_bytes!("../../../data/scenes/valley.toml")),
-    ("terrain/jacksboro.png", include_bytes!("../../../data/terrain/jacksboro.png")),
+    (
+        "scenes/valley.toml",
+        include_bytes!("../../../data/scenes/valley.toml"),
+    ),
+    (
+        "terrain/jacksboro.png",
+        include_bytes!("../../../data/terrain/jacksboro.png"),
+    ),
     ("sky/sky.exr", include_bytes!("../../../data/sky/sky.exr")),
 ];
 
 /// A still: its file, camera and time in seconds.
-const STILLS: [(&str, &str, f64); 3] =
-    [("lake.png", "lake", 96.0), ("gap.png", "gap", 150.0), ("slope.png", "slope", 60.0)];
+const STILLS: [(&str, &str, f64); 3] = [
+    ("gap.png", "gap", 60.0),
+    ("ridge.png", "ridge", 96.0),
+    ("lake.png", "lake", 120.0),
+];
 const STILL_SIZE: UVec2 = UVec2::new(1280, 720);
-const STILL_SAMPLES: u32 = 8;
+const STILL_SAMPLES: u32 = 6;
 
 /// The animation: the whole run, so many times faster than the water moves.
-const ANIMATION: (&str, &str) = ("lake.gif", "lake");
+const ANIMATION: (&str, &str) = ("gap.gif", "gap");
 const ANIMATION_SIZE: UVec2 = UVec2::new(480, 270);
 const ANIMATION_SAMPLES: u32 = 2;
 const ANIMATION_SPEED: f64 = 30.0;
@@ -121,21 +130,33 @@ fn summary(scene: &Path, recorded: &Recorded, pictures: &[Rendered], whole: Cost
         ("clock", Align::Right),
         ("processor", Align::Right),
     ]);
-    let processor = |cost: &Cost| cost.cpu_seconds.map_or_else(|| "unknown".to_owned(), format::seconds);
-    let size = |file: &Path| fs::metadata(file).map_or_else(|_| "gone".to_owned(), |m| format::bytes(m.len()));
+    let processor = |cost: &Cost| {
+        cost.cpu_seconds
+            .map_or_else(|| "unknown".to_owned(), format::seconds)
+    };
+    let size =
+        |file: &Path| fs::metadata(file).map_or_else(|_| "gone".to_owned(), |m| format::bytes(m.len()));
     table.row(vec![
-        format!("simulate and record {}", format::seconds(recorded.simulated_seconds)),
+        format!(
+            "simulate and record {}",
+            format::seconds(recorded.simulated_seconds)
+        ),
         recorded.file.display().to_string(),
         size(&recorded.file),
         format::seconds(recorded.cost.wall_seconds),
         processor(&recorded.cost),
     ]);
     for rendered in pictures {
-        let Some(first) = rendered.pictures.first() else { continue };
+        let Some(first) = rendered.pictures.first() else {
+            continue;
+        };
         let [width, height] = rendered.size;
         let what = match rendered.pictures.len() {
             1 => format!("draw {width} x {height}, {} samples", rendered.samples),
-            n => format!("draw {n} frames of {width} x {height}, {} samples", rendered.samples),
+            n => format!(
+                "draw {n} frames of {width} x {height}, {} samples",
+                rendered.samples
+            ),
         };
         table.row(vec![
             what,

@@ -111,7 +111,9 @@ mod tests {
         let exact = Ritter { dam: 0.0, left: 2.0 };
         let n = 20_000;
         let dx = 40.0 / f64::from(n);
-        let volume: f64 = (0..n).map(|i| dx * exact.at(-20.0 + (f64::from(i) + 0.5) * dx, 1.5).depth).sum();
+        let volume: f64 = (0..n)
+            .map(|i| dx * exact.at(-20.0 + (f64::from(i) + 0.5) * dx, 1.5).depth)
+            .sum();
         assert!((volume - 40.0).abs() < 1e-5, "{volume}");
     }
 }

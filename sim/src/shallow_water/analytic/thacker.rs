@@ -88,7 +88,8 @@ impl ThackerRadial {
         let (sin, cos) = (w * time).sin_cos();
         let share = 1.0 - a * cos;
         let root = (1.0 - a * a).sqrt();
-        let surface = self.depth * (root / share - 1.0 - square / a2 * ((1.0 - a * a) / (share * share) - 1.0));
+        let surface =
+            self.depth * (root / share - 1.0 - square / a2 * ((1.0 - a * a) / (share * share) - 1.0));
         let depth = surface - self.bed(x, z);
         if depth <= 0.0 {
             return Water::DRY;
@@ -153,7 +154,10 @@ mod tests {
             assert!(residual(|x, z, t| planar.at(x, z, t), |x, z| planar.bed(x, z), p) < 1e-8);
             assert!(residual(|x, z, t| radial.at(x, z, t), |x, z| radial.bed(x, z), p) < 1e-8);
         }
-        let (a, b) = (planar.at(2.3, 2.2, 0.7), planar.at(2.3, 2.2, 0.7 + planar.period()));
+        let (a, b) = (
+            planar.at(2.3, 2.2, 0.7),
+            planar.at(2.3, 2.2, 0.7 + planar.period()),
+        );
         assert!((a.depth - b.depth).abs() < 1e-12);
         assert!((radial.at(2.79, 2.0, 0.0).depth > 0.0) && (radial.at(2.81, 2.0, 0.0).depth == 0.0));
     }

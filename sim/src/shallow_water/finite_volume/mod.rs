@@ -7,8 +7,8 @@ use super::boundary::Boundary;
 use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
-use kernels::{Constants, flag};
 use crate::solvers::GRAVITY;
+use kernels::{Constants, flag};
 use rayon::prelude::*;
 use tile::{Extent, HALO, Outcome, Scratch, Sink, Source, TILE_WIDTH};
 
@@ -140,7 +140,9 @@ impl<T: Real> FiniteVolume<T> {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        7 * self.layout.len() * size_of::<T>() + self.tiles.len() * size_of::<Tile<T>>() + self.boundary.bytes()
+        7 * self.layout.len() * size_of::<T>()
+            + self.tiles.len() * size_of::<Tile<T>>()
+            + self.boundary.bytes()
     }
 
     fn constants(&self, dt: f64) -> Constants<T> {
@@ -183,7 +185,11 @@ impl<T: Real> FiniteVolume<T> {
         let limit = self.quantum.depth_limit::<T>() * SPEED_LIMIT;
         for j in 0..self.layout.nz {
             for (i, k) in self.layout.row(j).enumerate() {
-                let (h, qx, qz) = (self.next.h[k].to_f64(), self.next.qx[k].to_f64(), self.next.qz[k].to_f64());
+                let (h, qx, qz) = (
+                    self.next.h[k].to_f64(),
+                    self.next.qx[k].to_f64(),
+                    self.next.qz[k].to_f64(),
+                );
                 if !(h >= 0.0) {
                     return Some((i, j, "depth in m", h));
                 }
@@ -229,7 +235,8 @@ impl<T: Real> FiniteVolume<T> {
     fn sweep(&mut self, time: f64, dt: f64) -> (f64, u32) {
         let constants = self.constants(dt);
         let layout = self.layout;
-        self.boundary.fill(time + 0.5 * dt, self.base, self.film(), &self.bed, &mut self.now);
+        self.boundary
+            .fill(time + 0.5 * dt, self.base, self.film(), &self.bed, &mut self.now);
         let source = Source {
             h: &self.now.h,
             qx: &self.now.qx,
@@ -258,24 +265,28 @@ impl<T: Real> FiniteVolume<T> {
             jobs.push((sink, tiles, to - from));
         }
         let arch = pulp::Arch::new();
-        jobs.into_par_iter().for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
-            for (t, tile) in tiles.iter_mut().enumerate() {
-                if !tile.awake {
-                    continue;
+        jobs.into_par_iter()
+            .for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
+                for (t, tile) in tiles.iter_mut().enumerate() {
+                    if !tile.awake {
+                        continue;
+                    }
+                    let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
+                    let extent = Extent {
+                        first_column: from + HALO,
+                        columns: to - from,
+                        first_row: sink.first_row,
+                        rows,
+                    };
+                    tile.outcome = arch.dispatch(TileStep {
+                        constants: &constants,
+                        source,
+                        sink: &mut sink,
+                        extent,
+                        scratch,
+                    });
                 }
-                let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
-                let extent = Extent {
-                    first_column: from + HALO,
-                    columns: to - from,
-                    first_row: sink.first_row,
-                    rows,
-                };
-                tile.outcome = arch.dispatch(
-                    #[inline(always)]
-                    || tile::step(&constants, source, &mut sink, extent, scratch),
-                );
-            }
-        });
+            });
         let mut all = (0.0_f64, 0);
         for tile in &self.tiles {
             all.0 = all.0.max(tile.outcome.speed.to_f64());
@@ -289,14 +300,20 @@ impl<T: Real> FiniteVolume<T> {
     fn wake(&mut self) {
         let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
         let driven = self.boundary.drives();
-        let alive: Vec<bool> = self.tiles.iter().map(|t| t.outcome.flags & flag::ALIVE != 0).collect();
+        let alive: Vec<bool> = self
+            .tiles
+            .iter()
+            .map(|t| t.outcome.flags & flag::ALIVE != 0)
+            .collect();
         for (k, tile) in self.tiles.iter_mut().enumerate() {
             let (i, j) = (k % w, k / w);
             // Neighbours wrap around: right for periodic edges, harmless for others.
             tile.awake = driven
-                || [w - 1, 0, 1]
-                .into_iter()
-                .any(|di| [h - 1, 0, 1].into_iter().any(|dj| alive[(j + dj) % h * w + (i + di) % w]));
+                || [w - 1, 0, 1].into_iter().any(|di| {
+                    [h - 1, 0, 1]
+                        .into_iter()
+                        .any(|dj| alive[(j + dj) % h * w + (i + di) % w])
+                });
         }
     }
 
@@ -340,6 +357,25 @@ impl<T: Real> FiniteVolume<T> {
         for tile in &mut self.tiles {
             tile.awake = true;
         }
+    }
+}
+
+/// [`tile::step`] as something that can be compiled for several instruction sets and chosen from at run time. The
+/// results are the same to the bit: no set contracts or reorders an operation.
+struct TileStep<'a, 'b, T> {
+    constants: &'a Constants<T>,
+    source: Source<'a, T>,
+    sink: &'a mut Sink<'b, T>,
+    extent: Extent,
+    scratch: &'a mut Scratch<T>,
+}
+
+impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
+    type Output = Outcome<T>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Outcome<T> {
+        tile::step(self.constants, self.source, self.sink, self.extent, self.scratch)
     }
 }
 
