@@ -1,7 +1,9 @@
 //! How a command ends when it does not succeed, and the exit code that says so.
 
-use meniscus_sim::scene::SceneError;
+use meniscus_sim::scene::{Problem, SceneError};
+use meniscus_sim::solvers::BuildError;
 use std::fmt;
+use std::path::Path;
 
 /// Why a command did not succeed.
 #[derive(Debug)]
@@ -10,6 +12,8 @@ pub enum Failure {
     Input(anyhow::Error),
     /// A scene file and what is wrong with it, one line a problem. Exit code 2.
     Scene(SceneError),
+    /// No solver can be built for a scene. Exit code 2.
+    Solver(BuildError),
     /// Expectations that do not hold, one line each. Exit code 1.
     Unmet(Vec<String>),
     /// The input was right, but the work failed: a step was refused, a disk is full, an output cannot be written.
@@ -32,12 +36,33 @@ impl Failure {
         Self::Run(anyhow::anyhow!("{message}"))
     }
 
+    /// A scene for which no solver can be built has a problem in its file; every other failure stays as it is.
+    #[must_use]
+    pub(crate) fn in_scene(self, file: &Path) -> Self {
+        let (key, message, remedy) = match self {
+            Self::Solver(BuildError::Impossible { key, message, remedy }) => (key, message, remedy),
+            // These say what would be right in their messages.
+            Self::Solver(BuildError::Step(error)) => ("solver.step".to_owned(), error.to_string(), String::new()),
+            Self::Solver(error) => ("solver.kind".to_owned(), error.to_string(), String::new()),
+            other => return other,
+        };
+        Self::Scene(SceneError {
+            problems: vec![Problem {
+                file: file.to_owned(),
+                line: None,
+                key,
+                message,
+                remedy,
+            }],
+        })
+    }
+
     /// The exit code that goes with this ending.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::ClosedPipe => 0,
             Self::Run(_) | Self::Unmet(_) => 1,
-            Self::Input(_) | Self::Scene(_) => 2,
+            Self::Input(_) | Self::Scene(_) | Self::Solver(_) => 2,
             Self::Interrupted(_) => 130,
         }
     }
@@ -47,6 +72,7 @@ impl Failure {
         match self {
             Self::Input(error) | Self::Run(error) => vec![one_line(error)],
             Self::Scene(error) => error.problems.iter().map(ToString::to_string).collect(),
+            Self::Solver(error) => vec![error.to_string()],
             Self::Unmet(expectations) => expectations.clone(),
             Self::Interrupted(kept) => vec![format!("interrupted; {kept}")],
             Self::ClosedPipe => Vec::new(),

@@ -28,7 +28,7 @@ impl Frames {
     /// The frames of a recording, or of a scene run live with what `renderer` needs of what is offered.
     ///
     /// # Errors
-    /// [`Failure::Input`] if no solver can be built.
+    /// [`Failure::Solver`] or [`Failure::Input`] if no solver can be built.
     pub(crate) fn new(input: Input, renderer: &dyn Renderer) -> Result<Self, Failure> {
         Ok(match input {
             Input::Recording(reader) => Self::Recorded(reader),

@@ -35,6 +35,37 @@ struct Entry {
 #[derive(Serialize)]
 struct Renderers {
     renderers: Vec<Entry>,
+    /// Whether this build can use graphics adapters.
+    gpu: bool,
+    adapters: Vec<Adapter>,
+}
+
+/// A graphics adapter of this machine.
+#[derive(Serialize)]
+struct Adapter {
+    name: String,
+    kind: String,
+    backend: String,
+    driver: String,
+}
+
+/// The graphics adapters of this machine, the one that would be used first; none where the build cannot use them.
+fn adapters() -> Vec<Adapter> {
+    #[cfg(feature = "gpu")]
+    {
+        let adapters = meniscus_render_gpu::adapters::list().into_iter();
+        let adapter = |found: meniscus_render_gpu::AdapterDescription| Adapter {
+            name: found.name,
+            kind: found.kind.to_owned(),
+            backend: found.backend,
+            driver: found.driver,
+        };
+        adapters.map(adapter).collect()
+    }
+    #[cfg(not(feature = "gpu"))]
+    {
+        Vec::new()
+    }
 }
 
 #[derive(Serialize)]
@@ -50,11 +81,31 @@ pub(super) fn renderers(args: &ListArgs, console: &Console) -> Result<(), Failur
         reason: info.unavailable,
     };
     let renderers: Vec<Entry> = renderers::available().into_iter().map(entry).collect();
+    let adapters = adapters();
+    let gpu = cfg!(feature = "gpu");
     if args.json {
-        console.json(&Renderers { renderers })
-    } else {
-        console.result(table(&renderers))
+        return console.json(&Renderers {
+            renderers,
+            gpu,
+            adapters,
+        });
     }
+    let mut text = table(&renderers) + "\n";
+    if !gpu {
+        text += "graphics adapters: not used by this build (Cargo feature `gpu`)\n";
+    } else if adapters.is_empty() {
+        text += "graphics adapters: none found; install a Vulkan, Metal or Direct3D 12 driver\n";
+    }
+    for Adapter {
+        name,
+        kind,
+        backend,
+        driver,
+    } in &adapters
+    {
+        text += &format!("graphics adapter: {name} ({kind}, {backend}, {driver})\n");
+    }
+    console.result(text)
 }
 
 pub(super) fn solvers(args: &ListArgs, console: &Console) -> Result<(), Failure> {

@@ -16,7 +16,7 @@ const FEWEST_ARRAYS: u64 = 3;
 /// The solver of a scene, after a look at whether its arrays can fit into memory.
 ///
 /// # Errors
-/// [`Failure::Input`] if it cannot be built or is too large.
+/// [`Failure::Solver`] if it cannot be built, [`Failure::Input`] if it is too large.
 pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
     let size = scene.grid.size;
     let fewest = FEWEST_ARRAYS * 4 * scene.grid.len() as u64;
@@ -25,7 +25,7 @@ pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
         &format!("the grid of {} x {} samples", size.x, size.y),
         "take fewer samples: a coarser `solver.spacing` or a smaller `domain.size`",
     )?;
-    solvers::build(scene).or_input()
+    solvers::build(scene).map_err(Failure::Solver)
 }
 
 /// The renderer of that name.

@@ -83,7 +83,8 @@ pub(super) fn run(args: &RecordArgs, console: &Console) -> Result<(), Failure> {
     claim::writable(&args.out)?;
     claim::differs(&args.out, &args.scene.scene)?;
     let scene = input::scene(&args.scene.scene, &overrides)?;
-    let recorded = record_scene(&scene, &args.out, console, interrupt)?;
+    let recorded = record_scene(&scene, &args.out, console, interrupt)
+        .map_err(|failure| failure.in_scene(&args.scene.scene))?;
     if args.json {
         console.json(&recorded)
     } else {
@@ -94,7 +95,7 @@ pub(super) fn run(args: &RecordArgs, console: &Console) -> Result<(), Failure> {
 /// Runs `scene` for its duration and writes its frames to `out`.
 ///
 /// # Errors
-/// [`Failure::Input`] if no solver can be built, [`Failure::Run`] if a step is refused or the file cannot be written,
+/// [`Failure::Solver`] if none can be built, [`Failure::Run`] if a step is refused or the file cannot be written,
 /// [`Failure::Interrupted`] after Ctrl-C. In all cases the frames finished by then are in the file.
 pub fn record_scene(
     scene: &Scene,

@@ -220,6 +220,15 @@ fn a_grid_too_large_for_memory_is_refused_with_both_figures() {
 }
 
 #[test]
+fn a_step_above_the_stability_limit_is_refused() {
+    every_scene_command_refuses(
+        &altered("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"),
+        "scene.toml",
+        &["scene.toml: solver.step:", "0.09", "limit of 2.82", "implicit"],
+    );
+}
+
+#[test]
 fn unknown_keys_are_told_with_their_line() {
     every_scene_command_refuses(
         &altered("spacing = 0.0625", "spacing = 0.0625\nspeeed = 2.0"),
