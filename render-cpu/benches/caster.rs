@@ -18,6 +18,8 @@ use meniscus_sim::Grid;
 use std::time::Instant;
 
 const RAYS: usize = 1 << 16;
+/// Rays handed over at a time, as a renderer would for a tile of a picture.
+const TOGETHER: usize = 1024;
 const SPANS: usize = 7;
 
 /// Seconds that this thread has run, or the wall clock where the system does not say.
@@ -95,9 +97,13 @@ fn main() {
         one.install(|| {
             let mut caster = build(&grid);
             let mut row = format!("{name:<16}");
-            let mut hits: Vec<Option<Hit>> = vec![None; RAYS];
+            let mut hits: Vec<Option<Hit>> = vec![None; TOGETHER];
             for rays in &workloads {
-                let (cpu, wall) = best(|| caster.cast_batch(rays, 1e-3, f64::INFINITY, &mut hits));
+                let (cpu, wall) = best(|| {
+                    for rays in rays.chunks(TOGETHER) {
+                        caster.cast_batch(rays, 1e-3, f64::INFINITY, &mut hits);
+                    }
+                });
                 let rate = |seconds: f64| RAYS as f64 / seconds / 1e6;
                 row += &format!("{:>16}", format!("{:.2} ({:.2})", rate(cpu), rate(wall)));
             }

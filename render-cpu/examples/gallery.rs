@@ -129,7 +129,6 @@ fn pool() -> Result<(Scene, Frame)> {
     d.ground.albedo = Vec3::new(0.55, 0.66, 0.68);
     d.ground.shore_albedo = Vec3::new(0.80, 0.82, 0.80);
     d.ground.steep_albedo = Vec3::new(0.62, 0.60, 0.56);
-    d.light.sun = sun(48.0, 215.0, Vec3::new(3.4, 3.1, 2.7));
     d.objects = vec![
         object(
             "ball",
@@ -158,7 +157,7 @@ fn pool() -> Result<(Scene, Frame)> {
             Vec3::new(0.7, 0.7, 0.72),
         ),
     ];
-    d.cameras = look(Vec3::new(2.2, 2.5, 7.0), Vec3::new(3.1, -0.35, 1.9), 42.0, 0.0);
+    d.cameras = look(Vec3::new(2.0, 2.2, 5.6), Vec3::new(3.0, -0.45, 2.0), 44.0, 0.0);
     let mut scene = scene(d, spec);
     picture_sky(&mut scene, "sky/sky.exr", 0.0, 1.0)?;
     scene.terrain = Some(Grid::filled(
@@ -195,16 +194,15 @@ fn lake() -> Result<(Scene, Frame)> {
         raw.sample(Vec2::new(i as f32, j as f32 * spacing / 92.6))
     });
     let mut d = description("lake", spec.extent());
-    let level = 395.0;
+    let level = 348.0;
     d.water.level = level;
     d.terrain = Some(Terrain::Flat { height: 0.0 });
     d.water.scattering = Vec3::splat(0.25);
-    d.light.sun = sun(27.0, 240.0, Vec3::new(3.6, 3.0, 2.3));
     d.cameras = look(
-        Vec3::new(11_000.0, 1_900.0, 24_500.0),
-        Vec3::new(15_200.0, 420.0, 14_000.0),
-        40.0,
-        0.3,
+        Vec3::new(28_200.0, 1_050.0, 8_200.0),
+        Vec3::new(19_500.0, 320.0, 15_800.0),
+        38.0,
+        0.0,
     );
     let mut scene = scene(d, spec);
     picture_sky(&mut scene, "sky/sky.exr", 0.0, 1.0)?;
@@ -218,10 +216,10 @@ fn shore() -> Result<(Scene, Frame)> {
     let (mut scene, frame) = lake()?;
     scene.description.name = "shore".to_owned();
     scene.description.cameras = look(
-        Vec3::new(15_300.0, 445.0, 19_500.0),
-        Vec3::new(16_500.0, 430.0, 14_000.0),
-        50.0,
-        0.3,
+        Vec3::new(21_000.0, 372.0, 14_600.0),
+        Vec3::new(14_500.0, 500.0, 17_800.0),
+        48.0,
+        0.0,
     );
     Ok((scene, frame))
 }
@@ -273,7 +271,6 @@ fn sea(sky: &str, elevation: f32, azimuth: f32, eye: Vec3) -> Result<(Scene, Fra
         z_max: Edge::Periodic,
     };
     d.water.scattering = Vec3::splat(0.08);
-    d.light.sun = sun(elevation, azimuth, Vec3::new(3.4, 2.9, 2.2));
     d.cameras = look(eye, eye + Vec3::new(30.0, -5.0, -60.0), 45.0, 0.0);
     let mut scene = scene(d, spec);
     if sky.is_empty() {
@@ -340,6 +337,15 @@ fn main() -> Result<()> {
             report.stages
         );
         write_png(&out.join(format!("{name}.png")), &image, &map)?;
+        if std::env::var_os("GALLERY_RAW").is_some() {
+            let bytes: Vec<u8> = image
+                .pixels
+                .iter()
+                .flat_map(|p| p.to_array())
+                .flat_map(f32::to_le_bytes)
+                .collect();
+            std::fs::write(out.join(format!("{name}.raw")), bytes)?;
+        }
     }
     Ok(())
 }

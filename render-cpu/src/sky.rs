@@ -1,8 +1,13 @@
 //! What a ray sees when it leaves the scene, and the light that a surface receives from it.
+//!
+//! There is one sun. An HDR picture of a clear sky holds one too, as a few texels thousands of times brighter than the
+//! rest: it casts no sharp shadow, gives no sharp glint, and would double the sun that the scene names. It is therefore
+//! taken out of the picture. If the scene names no sun, it becomes the scene's, with its direction and irradiance.
 
 use glam::{Vec2, Vec3};
 use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
 use meniscus_sim::Scene;
+use meniscus_sim::optics;
 use meniscus_sim::scene::Panorama;
 use meniscus_sim::scene::description;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -22,10 +27,38 @@ const HORIZON_STEPS: usize = 32;
 const NORMAL_ROWS: usize = 17;
 const NORMAL_COLUMNS: usize = 32;
 
-/// The sky of a scene, without the sun's disc.
+/// A bright texel belongs to the sun's disc and glare within this angle, radians (5°).
+const GLARE: f32 = 0.087;
+/// A picture shows the sun if its brightest texel exceeds the sky around the glare by this factor.
+const SUN_CONTRAST: f32 = 40.0;
+
+/// The sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit direction towards the sun.
+    pub direction: Vec3,
+    /// Linear RGB irradiance of a surface that faces it.
+    pub irradiance: Vec3,
+    /// Angular radius of the disc in radians.
+    pub radius: f32,
+}
+
+impl Sun {
+    fn described(light: &description::Light) -> Option<Self> {
+        let sun = light.sun.as_ref()?;
+        Some(Self {
+            direction: toward(sun.azimuth.to_radians(), sun.elevation.to_radians()),
+            irradiance: sun.irradiance,
+            radius: sun.radius.to_radians().max(1e-5),
+        })
+    }
+}
+
+/// The sky of a scene, without the sun's disc, and the sun.
 #[derive(Clone, Debug)]
 pub struct Sky {
     dome: Dome,
+    sun: Option<Sun>,
     /// Radiance just above the horizon, low-passed, by azimuth: the colour of distant haze.
     horizon: [Vec3; HORIZON_STEPS],
     /// Irradiance from the upper hemisphere by normal: rows from zenith to nadir, columns by azimuth.
@@ -54,14 +87,26 @@ impl Sky {
     /// The sky that the scene describes. A picture that is missing (a scene made by hand) gives the default sky.
     pub fn new(scene: &Scene) -> Self {
         let light = &scene.description.light;
+        let mut sun = Sun::described(light);
         let dome = match (&light.sky, &scene.sky) {
             (description::Sky::Uniform { radiance }, _) => Dome::Uniform(*radiance),
             (description::Sky::Picture { rotation, scale, .. }, Some(picture))
                 if picture.size.min_element() > 0 =>
             {
+                let rotation = rotation.to_radians();
+                let mut base = Level::from_panorama(picture);
+                if let Some(own) = base.take_sun() {
+                    // The look-up turns by `rotation`; the sun turns the other way.
+                    let turned = azimuth(own.direction) - rotation;
+                    sun = sun.or(Some(Sun {
+                        direction: toward(turned, own.direction.y.clamp(-1.0, 1.0).asin()),
+                        irradiance: *scale * own.irradiance,
+                        radius: own.radius,
+                    }));
+                }
                 Dome::Picture {
-                    levels: pyramid(Level::from_panorama(picture)),
-                    rotation: rotation.to_radians(),
+                    levels: pyramid(base),
+                    rotation,
                     scale: *scale,
                 }
             }
@@ -83,12 +128,18 @@ impl Sky {
         };
         let mut sky = Self {
             dome,
+            sun,
             horizon: [Vec3::ZERO; HORIZON_STEPS],
             irradiance: Vec::new(),
         };
         sky.horizon = sky.low_passed_horizon();
         sky.irradiance = sky.irradiance_table();
         sky
+    }
+
+    /// The sun: the scene's, else the picture's.
+    pub fn sun(&self) -> Option<Sun> {
+        self.sun
     }
 
     /// Radiance from `direction` (unit, pointing away from the eye), averaged over a cone of half-angle `spread`
@@ -303,6 +354,58 @@ impl Level {
         }
     }
 
+    /// Direction of the middle of texel `k` and its solid angle.
+    fn texel(&self, k: usize) -> (Vec3, f32) {
+        let (i, j) = (k % self.width, k / self.width);
+        let polar = (j as f32 + 0.5) / self.height as f32 * PI;
+        let around = (i as f32 + 0.5) / self.width as f32 * TAU;
+        let area = TAU / self.width as f32 * PI / self.height as f32 * polar.sin();
+        (toward(around, FRAC_PI_2 - polar), area)
+    }
+
+    /// Takes the sun out of the picture, if it shows one above the horizon: texels near the brightest one are cut to
+    /// the brightness of the sky around, and what was cut is the sun's.
+    fn take_sun(&mut self) -> Option<Sun> {
+        let luminance = |c: Vec3| c.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        let brightest = (0..self.pixels.len())
+            .max_by(|&a, &b| luminance(self.pixels[a]).total_cmp(&luminance(self.pixels[b])))?;
+        let (towards, _) = self.texel(brightest);
+        if towards.y <= 0.0 {
+            return None;
+        }
+        let angle = |d: Vec3| d.dot(towards).clamp(-1.0, 1.0).acos();
+        let (mut ring, mut area) = (Vec3::ZERO, 0.0);
+        for k in 0..self.pixels.len() {
+            let (d, w) = self.texel(k);
+            // Only the sky's own part of the ring: the ground below a low sun is dark.
+            if d.y > 0.0 && (GLARE..2.0 * GLARE).contains(&angle(d)) {
+                ring += w * self.pixels[k];
+                area += w;
+            }
+        }
+        let around = ring / f32::max(area, 1e-9);
+        let limit = luminance(around);
+        if !(limit > 0.0 && luminance(self.pixels[brightest]) > SUN_CONTRAST * limit) {
+            return None;
+        }
+        let (mut direction, mut irradiance) = (Vec3::ZERO, Vec3::ZERO);
+        for k in 0..self.pixels.len() {
+            let (d, w) = self.texel(k);
+            let value = self.pixels[k];
+            let cut = value - value.min(around * 2.0);
+            if angle(d) < GLARE && cut.max_element() > 0.0 {
+                self.pixels[k] -= cut;
+                irradiance += w * cut;
+                direction += w * luminance(cut) * d;
+            }
+        }
+        Some(Sun {
+            direction: direction.try_normalize()?,
+            irradiance,
+            radius: optics::SUN_ANGULAR_RADIUS,
+        })
+    }
+
     fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let pixels = (0..width * height)
@@ -335,5 +438,61 @@ impl Level {
         at(i0, j0)
             .lerp(at(i1, j0), fx)
             .lerp(at(i0, j1).lerp(at(i1, j1), fx), fy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(f: impl Fn(Vec3) -> Vec3) -> Level {
+        let mut level = Level {
+            width: 256,
+            height: 128,
+            pixels: vec![Vec3::ZERO; 256 * 128],
+        };
+        for k in 0..level.pixels.len() {
+            level.pixels[k] = f(level.texel(k).0);
+        }
+        level
+    }
+
+    #[test]
+    fn the_sun_of_a_picture_is_found_with_its_light_and_leaves_it() {
+        let truth = toward(1.2, 0.6);
+        let mut picture = level(|d| {
+            if d.dot(truth) > 0.03_f32.cos() {
+                Vec3::new(900.0, 800.0, 600.0)
+            } else {
+                Vec3::splat(0.5)
+            }
+        });
+        let sun = picture.take_sun().unwrap();
+        assert!(sun.direction.dot(truth) > 0.01_f32.cos());
+        // Solid angle of a cone of 0.03 rad times the radiance over the sky's, within what 1.4° texels resolve.
+        let expected = PI * 0.03 * 0.03 * 900.0;
+        assert!(
+            (sun.irradiance.x / expected - 1.0).abs() < 0.1,
+            "{}",
+            sun.irradiance
+        );
+        assert!(picture.pixels.iter().all(|p| p.max_element() <= 1.0));
+        assert!(picture.take_sun().is_none(), "there is only one");
+    }
+
+    #[test]
+    fn an_overcast_sky_keeps_its_light() {
+        let mut picture = level(|d| Vec3::splat(1.0 + 2.0 * d.y.max(0.0)));
+        assert!(picture.take_sun().is_none());
+    }
+
+    #[test]
+    fn a_texel_is_seen_in_its_own_direction() {
+        let picture = level(|d| d);
+        for k in [300, 5_000, 20_000, 30_000] {
+            let (d, _) = picture.texel(k);
+            let (u, v) = (azimuth(d) / TAU, d.y.acos() / PI);
+            assert!((picture.sample(u, v) - d).length() < 1e-3, "{d}");
+        }
     }
 }

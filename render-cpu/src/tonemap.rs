@@ -2,8 +2,8 @@
 //!
 //! Per pixel: multiply by 2^exposure; mix the channels a little, as film layers do, so that a bright saturated colour
 //! has light in all three; compress each channel with one curve; take the mixing partly back; encode as sRGB.
-//! The curve is a Hill function, `f(x) = w x^p / (x^p + s^p)`: a straight toe in log space, middle grey kept at 0.18,
-//! white reached at [`WHITE`] and a smooth shoulder between. Because the channels are mixed before they are
+//! The curve is a Hill function, `f(x) = w x^p / (x^p + s^p)`: a straight toe in log space, middle grey a little darker
+//! than it is (0.18 is shown as 0.15, which leaves room for highlights), white reached at [`WHITE`] and a smooth shoulder between. Because the channels are mixed before they are
 //! compressed, a highlight runs to white along its own hue instead of first turning yellow, cyan or magenta.
 //! No dithering: equal radiance gives equal bytes.
 
@@ -11,15 +11,16 @@ use glam::{Mat3, Vec3};
 use meniscus_sim::render::Image;
 
 /// Radiance, after exposure, that is shown as white.
-pub const WHITE: f32 = 12.0;
+pub const WHITE: f32 = 10.0;
 
 /// Exponent of the curve: contrast at middle grey.
-const CONTRAST: f32 = 1.25;
+const CONTRAST: f32 = 1.45;
 const GREY: f32 = 0.18;
+const GREY_SHOWN: f32 = 0.15;
 
 /// Share of each channel that is mixed into the others before the curve, and how much of it is taken back after.
-const MIX: f32 = 0.14;
-const UNMIX: f32 = 0.10;
+const MIX: f32 = 0.08;
+const UNMIX: f32 = 0.07;
 
 fn mixing(share: f32) -> Mat3 {
     let (own, other) = (1.0 - share, 0.5 * share);
@@ -44,9 +45,9 @@ pub struct ToneMap {
 impl ToneMap {
     /// A tone map with `exposure` in stops (each doubles the radiance).
     pub fn new(exposure: f32) -> Self {
-        // f(GREY) = GREY and f(WHITE) = 1 give s^p = (1 − g) / (g/G − 1/W) with G = GREY^p, W = WHITE^p, g = GREY.
+        // f(GREY) = g and f(WHITE) = 1 give s^p = (1 − g) / (g/G − 1/W) with G = GREY^p, W = WHITE^p.
         let (g, w) = (GREY.powf(CONTRAST), WHITE.powf(CONTRAST));
-        let half = (1.0 - GREY) / (GREY / g - 1.0 / w);
+        let half = (1.0 - GREY_SHOWN) / (GREY_SHOWN / g - 1.0 / w);
         Self {
             gain: exposure.exp2(),
             into: mixing(MIX),
@@ -96,7 +97,7 @@ mod tests {
     #[test]
     fn grey_white_and_black_are_where_they_are_said_to_be() {
         let map = ToneMap::new(0.0);
-        assert!((map.display(Vec3::splat(GREY)) - GREY).abs().max_element() < 1e-4);
+        assert!((map.display(Vec3::splat(GREY)) - GREY_SHOWN).abs().max_element() < 1e-4);
         assert!((map.display(Vec3::splat(WHITE)) - 1.0).abs().max_element() < 1e-4);
         assert_eq!(map.srgb8(Vec3::ZERO), [0, 0, 0]);
         assert_eq!(map.srgb8(Vec3::splat(f32::INFINITY)), [255, 255, 255]);

@@ -112,7 +112,7 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         #[cfg(feature = "procedural")]
         Choice::Procedural(_) => Ok(Box::new(crate::procedural::Procedural::from_scene(scene)?)),
         #[cfg(feature = "shallow-water")]
-        Choice::ShallowWater(_) => shallow_water(scene),
+        Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
         other => Err(BuildError::NotCompiled {
             solver: name_of(other),
@@ -124,13 +124,4 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
                 .join(", "),
         }),
     }
-}
-
-#[cfg(feature = "shallow-water")]
-fn shallow_water(_scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
-    Err(BuildError::impossible(
-        "solver.kind",
-        "`shallow-water` is not available yet",
-        "use `wave-equation`",
-    ))
 }

@@ -1,5 +1,6 @@
 //! The surface between the samples of a grid: what every caster agrees on.
 
+use super::samples::{Samples, Stride};
 use glam::{DVec2, DVec3};
 use meniscus_sim::Grid;
 use meniscus_sim::grid::{GridError, GridSpec};
@@ -38,9 +39,9 @@ pub enum HeightfieldError {
 /// Samples with their place and extremes, in units of samples horizontally and metres vertically.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
-    heights: Vec<f32>,
-    width: usize,
-    depth: usize,
+    samples: Samples,
+    width: u32,
+    depth: u32,
     origin: DVec2,
     spacing: f64,
     pub(crate) patch: Patch,
@@ -53,26 +54,24 @@ pub(crate) struct Surface {
 /// Samples addressed by their place along the major and the minor axis of a walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layout<'a> {
-    pub(crate) heights: &'a [f32],
+    pub(crate) samples: &'a [f32],
     pub(crate) patch: Patch,
-    pub(crate) major_cells: usize,
-    pub(crate) minor_cells: usize,
-    /// Distance in storage between neighbours along the major axis.
-    pub(crate) along: usize,
-    /// Distance in storage between neighbours along the minor axis.
-    pub(crate) across: usize,
+    pub(crate) minor_cells: u32,
+    pub(crate) along: &'a Stride,
+    pub(crate) across: &'a Stride,
 }
 
 impl Layout<'_> {
     #[inline(always)]
-    pub(crate) fn sample(&self, major: usize, minor: usize) -> f64 {
+    pub(crate) fn sample(&self, major: u32, minor: u32) -> f64 {
+        self.at(self.along.place(major) + self.across.place(minor))
+    }
+
+    /// The sample at a place in storage.
+    #[inline(always)]
+    pub(crate) fn at(&self, place: u32) -> f64 {
         // Callers stay within the grid; the fallback only spares the panic.
-        f64::from(
-            self.heights
-                .get(major * self.along + minor * self.across)
-                .copied()
-                .unwrap_or(0.0),
-        )
+        f64::from(self.samples.get(place as usize).copied().unwrap_or(0.0))
     }
 }
 
@@ -80,7 +79,7 @@ impl Surface {
     /// A surface without cells, which no ray hits.
     pub(crate) fn empty(patch: Patch) -> Self {
         Self {
-            heights: Vec::new(),
+            samples: Samples::default(),
             width: 0,
             depth: 0,
             origin: DVec2::ZERO,
@@ -98,38 +97,30 @@ impl Surface {
         self.width = 0;
         self.depth = 0;
         spec.validate()?;
-        self.heights.clear();
-        self.heights.extend_from_slice(elevation.as_slice());
-        self.width = spec.width();
-        self.depth = spec.height();
+        self.samples.copy_from(elevation);
+        self.width = spec.size.x;
+        self.depth = spec.size.y;
         self.origin = spec.origin.as_dvec2();
         self.spacing = f64::from(spec.spacing);
         Ok(())
     }
 
-    /// Finds the extremes, and the first sample that is not finite.
-    pub(crate) fn measure(&mut self) -> Result<(), HeightfieldError> {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-        let mut steepest = 0.0_f64;
-        for row in self.heights.chunks_exact(self.width) {
-            if row.iter().any(|h| !h.is_finite()) {
-                return Err(self.refuse());
-            }
-            for &h in row {
-                low = low.min(h);
-                high = high.max(h);
-            }
-            for pair in row.windows(2) {
-                steepest = steepest.max((f64::from(pair[1]) - f64::from(pair[0])).abs());
-            }
-        }
-        for j in 1..self.depth {
-            let (before, row) = self.heights[(j - 1) * self.width..].split_at(self.width);
-            for (a, b) in before.iter().zip(row) {
-                steepest = steepest.max((f64::from(*b) - f64::from(*a)).abs());
+    /// Finds the extremes of the samples that were taken.
+    pub(crate) fn measure(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
+        let (mut low, mut high, mut steepest) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f32);
+        for j in 0..self.depth as usize {
+            let row = elevation.row(j);
+            let before = elevation.row(j.saturating_sub(1));
+            for (i, (&h, &b)) in row.iter().zip(before).enumerate() {
+                if !h.is_finite() {
+                    return Err(self.refuse(elevation));
+                }
+                (low, high) = (low.min(h), high.max(h));
+                let left = row[i.saturating_sub(1)];
+                steepest = steepest.max((h - left).abs()).max((h - b).abs());
             }
         }
-        self.set_extremes(f64::from(low), f64::from(high), steepest);
+        self.set_extremes(f64::from(low), f64::from(high), f64::from(steepest));
         Ok(())
     }
 
@@ -138,31 +129,20 @@ impl Surface {
     }
 
     /// Leaves no cells, after samples that cannot be used; says which.
-    pub(crate) fn refuse(&mut self) -> HeightfieldError {
-        let k = self.heights.iter().position(|h| !h.is_finite()).unwrap_or(0);
-        let (i, j) = (k % self.width.max(1), k / self.width.max(1));
-        let value = self.heights.get(k).copied().unwrap_or(f32::NAN);
+    pub(crate) fn refuse(&mut self, elevation: &Grid<f32>) -> HeightfieldError {
         (self.width, self.depth) = (0, 0);
+        let (i, j, value) = elevation.find_non_finite().unwrap_or((0, 0, f32::NAN));
         HeightfieldError::NonFinite { i, j, value }
     }
 
     /// Cells along X; 0 where a grid has a single sample.
-    pub(crate) fn cells_x(&self) -> usize {
+    pub(crate) fn cells_x(&self) -> u32 {
         self.width.saturating_sub(1)
     }
 
     /// Cells along Z.
-    pub(crate) fn cells_z(&self) -> usize {
+    pub(crate) fn cells_z(&self) -> u32 {
         self.depth.saturating_sub(1)
-    }
-
-    /// Samples along X, which is the distance in storage from a sample to its neighbour along Z.
-    pub(crate) fn width(&self) -> usize {
-        self.width
-    }
-
-    pub(crate) fn heights(&self) -> &[f32] {
-        &self.heights
     }
 
     /// World X and Z of the first sample.
@@ -173,16 +153,24 @@ impl Surface {
     /// The grid as walks along one axis see it.
     #[inline(always)]
     pub(crate) fn layout(&self, major_is_x: bool) -> Layout<'_> {
-        let (x, z) = ((self.cells_x(), 1), (self.cells_z(), self.width));
-        let ((major_cells, along), (minor_cells, across)) = if major_is_x { (x, z) } else { (z, x) };
+        let (x, z) = (&self.samples.x, &self.samples.z);
+        let (along, across, minor_cells) = if major_is_x {
+            (x, z, self.cells_z())
+        } else {
+            (z, x, self.cells_x())
+        };
         Layout {
-            heights: &self.heights,
+            samples: self.samples.as_slice(),
             patch: self.patch,
-            major_cells,
             minor_cells,
             along,
             across,
         }
+    }
+
+    #[inline(always)]
+    pub(crate) fn sample(&self, i: u32, j: u32) -> f64 {
+        self.layout(true).sample(i, j)
     }
 
     pub(crate) fn spacing(&self) -> f64 {
@@ -196,52 +184,47 @@ impl Surface {
 
     /// World position of sample `(i, j)` at height 0.
     #[cfg(feature = "bvh")]
-    pub(crate) fn position(&self, i: usize, j: usize) -> DVec3 {
-        let p = self.origin + self.spacing * DVec2::new(i as f64, j as f64);
+    pub(crate) fn position(&self, i: u32, j: u32) -> DVec3 {
+        let p = self.origin + self.spacing * DVec2::new(f64::from(i), f64::from(j));
         DVec3::new(p.x, 0.0, p.y)
     }
 
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.
     #[inline(always)]
-    pub(crate) fn corners(&self, i: usize, j: usize) -> [f64; 4] {
-        let k = j * self.width + i;
-        let at = |k: usize| f64::from(self.heights.get(k).copied().unwrap_or(0.0));
-        [at(k), at(k + 1), at(k + self.width), at(k + self.width + 1)]
+    pub(crate) fn corners(&self, i: u32, j: u32) -> [f64; 4] {
+        [
+            self.sample(i, j),
+            self.sample(i + 1, j),
+            self.sample(i, j + 1),
+            self.sample(i + 1, j + 1),
+        ]
     }
 
-    /// Height in metres within cell `(i, j)` at `(u, v)` in `[0, 1]`.
+    /// Height in metres and upward unit normal within cell `(i, j)` at `(u, v)` in `[0, 1]`.
     #[inline(always)]
-    pub(crate) fn height(&self, i: usize, j: usize, u: f64, v: f64) -> f64 {
+    pub(crate) fn height_and_normal(&self, i: u32, j: u32, u: f64, v: f64) -> (f64, DVec3) {
         let [a, b, c, d] = self.corners(i, j);
-        match self.patch {
-            Patch::Bilinear => lerp(lerp(a, b, u), lerp(c, d, u), v),
-            Patch::Triangles if u >= v => a + (b - a) * u + (d - b) * v,
-            Patch::Triangles => a + (d - c) * u + (c - a) * v,
-        }
-    }
-
-    /// Upward unit normal within cell `(i, j)` at `(u, v)`.
-    #[inline(always)]
-    pub(crate) fn normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
-        let [a, b, c, d] = self.corners(i, j);
-        let (du, dv) = match self.patch {
-            Patch::Bilinear => (lerp(b - a, d - c, v), lerp(c - a, d - b, u)),
-            Patch::Triangles if u >= v => (b - a, d - b),
-            Patch::Triangles => (d - c, c - a),
+        let (height, du, dv) = match self.patch {
+            Patch::Bilinear => (
+                lerp(lerp(a, b, u), lerp(c, d, u), v),
+                lerp(b - a, d - c, v),
+                lerp(c - a, d - b, u),
+            ),
+            Patch::Triangles if u >= v => (a + (b - a) * u + (d - b) * v, b - a, d - b),
+            Patch::Triangles => (a + (d - c) * u + (c - a) * v, d - c, c - a),
         };
-        DVec3::new(-du, self.spacing, -dv).normalize()
+        (height, DVec3::new(-du, self.spacing, -dv).normalize())
     }
 
     /// Upward unit normal at `(u, v)` of cell `(i, j)` from the slopes at its samples (central differences, one-sided at
     /// the rim), interpolated bilinearly.
-    pub(crate) fn smooth_normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
-        let at = |i: usize, j: usize| f64::from(self.heights.get(j * self.width + i).copied().unwrap_or(0.0));
-        let slope = |i: usize, j: usize| {
+    pub(crate) fn smooth_normal(&self, i: u32, j: u32, u: f64, v: f64) -> DVec3 {
+        let slope = |i: u32, j: u32| {
             let (left, right) = (i.saturating_sub(1), (i + 1).min(self.cells_x()));
             let (before, after) = (j.saturating_sub(1), (j + 1).min(self.cells_z()));
             DVec2::new(
-                (at(right, j) - at(left, j)) / (right - left) as f64,
-                (at(i, after) - at(i, before)) / (after - before) as f64,
+                (self.sample(right, j) - self.sample(left, j)) / f64::from(right - left),
+                (self.sample(i, after) - self.sample(i, before)) / f64::from(after - before),
             )
         };
         let low = slope(i, j).lerp(slope(i + 1, j), u);
@@ -251,7 +234,7 @@ impl Surface {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.heights.capacity() * size_of::<f32>()
+        self.samples.bytes()
     }
 }
 

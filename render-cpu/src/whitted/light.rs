@@ -4,7 +4,7 @@
 //! without a factor: pictures taken in air are exact, pictures taken under water are darker by n² throughout, which is
 //! a matter of exposure. Irradiance under water is scaled likewise.
 
-use crate::sky::{Sky, toward};
+use crate::sky::{Sky, Sun};
 use glam::Vec3;
 use meniscus_sim::optics::fresnel;
 use meniscus_sim::scene::description::Description;
@@ -14,31 +14,19 @@ use std::f32::consts::PI;
 /// the vertical, on average at 1.2 times the depth.
 pub(super) const DIFFUSE_PATH: f32 = 1.2;
 
-/// The sun of a scene.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sun {
-    /// Unit direction towards the sun.
-    pub(super) direction: Vec3,
-    /// Irradiance of a surface that faces it.
-    pub(super) irradiance: Vec3,
-    /// Angular radius of the disc, radians.
-    pub(super) radius: f32,
+/// What the tracer asks of the sun.
+pub(super) trait Disc {
+    /// Radiance of the disc seen through a cone of half-angle `spread`.
+    fn disc(&self, direction: Vec3, spread: f32) -> Vec3;
+    /// A direction towards the disc; `u` in the unit square picks the point.
+    fn sample(&self, u: [f32; 2]) -> Vec3;
 }
 
-impl Sun {
-    pub(super) fn of(description: &Description) -> Option<Self> {
-        let sun = description.light.sun.as_ref()?;
-        Some(Self {
-            direction: toward(sun.azimuth.to_radians(), sun.elevation.to_radians()),
-            irradiance: sun.irradiance,
-            radius: sun.radius.to_radians().max(1e-5),
-        })
-    }
-
+impl Disc for Sun {
     /// Radiance of the disc seen through a cone of half-angle `spread`: a Gaussian lobe whose variance is the disc's
     /// plus the cone's. Its integral over all directions is the irradiance whatever the spread, so a glint keeps its
     /// light when it is smaller than a pixel.
-    pub(super) fn disc(&self, direction: Vec3, spread: f32) -> Vec3 {
+    fn disc(&self, direction: Vec3, spread: f32) -> Vec3 {
         // The variance along one axis of a uniform disc of radius r is r²/4.
         let variance = 0.25 * (self.radius * self.radius + spread * spread);
         // |a − b|² of unit vectors: exact for small angles, where 1 − cos is not.
@@ -51,8 +39,7 @@ impl Sun {
         }
     }
 
-    /// A direction towards the disc; `u` in the unit square picks the point.
-    pub(super) fn sample(&self, u: [f32; 2]) -> Vec3 {
+    fn sample(&self, u: [f32; 2]) -> Vec3 {
         let (radius, angle) = (self.radius * u[0].sqrt(), 2.0 * PI * u[1]);
         let (a, b) = self.direction.any_orthonormal_pair();
         (self.direction + radius * (angle.cos() * a + angle.sin() * b)).normalize()
@@ -85,7 +72,7 @@ pub(super) struct Beam {
 impl Light {
     pub(super) fn new(description: &Description, sky: Sky) -> Self {
         let index = description.water.index;
-        let sun = Sun::of(description);
+        let sun = sky.sun();
         let beam = sun.filter(|s| s.direction.y > 0.0).map(|s| beam_below(&s, index));
         let mut light = Self {
             entering: entering_share(index),

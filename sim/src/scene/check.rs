@@ -53,8 +53,7 @@ fn table(
                 }
             }
             None => {
-                let (message, remedy) = unknown_key(name, keys, siblings);
-                report.at(&at, message, remedy);
+                report.at_lazily(&at, || unknown_key(name, keys, siblings));
             }
         }
     }
@@ -238,7 +237,7 @@ fn number(
     };
     // What counts is the value that will be used, after rounding to its type.
     let value = if wide { n.wide } else { f64::from(n.narrow) };
-    if !range.contains(value) {
+    if !range.contains(value, wide) {
         let unit = quantity.base_unit();
         let space = if unit.is_empty() { "" } else { " " };
         let message = if n.wide.is_finite() {
@@ -324,8 +323,9 @@ const AXIS_AND_ANGLE: &[Key] = &[
 ];
 
 fn axis_and_angle(entries: &BTreeMap<String, Node>, path: &str, report: &mut Report) -> Option<Toml> {
+    let before = report.unusable_count();
     let parts = table(entries, AXIS_AND_ANGLE, &[], path, report);
-    if !report.usable(&[path]) {
+    if report.unusable_count() > before {
         return None;
     }
     let axis: Vec<f64> = parts
@@ -546,7 +546,7 @@ fn hint(kind: Kind, found: &Value, path: &str) -> String {
 }
 
 /// Something that deserialises, to go on with where a required value cannot be used.
-fn placeholder(kind: Kind) -> Toml {
+pub(super) fn placeholder(kind: Kind) -> Toml {
     let numbers = |n: usize, v: f64| Toml::Array(vec![Toml::Float(v); n]);
     let all = |keys: &[Key]| {
         keys.iter()

@@ -7,6 +7,8 @@ mod fault;
 mod layout;
 mod load;
 mod motion;
+#[cfg(test)]
+mod page;
 mod problem;
 mod report;
 mod schema;

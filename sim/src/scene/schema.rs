@@ -72,18 +72,21 @@ impl Range {
         }
     }
 
-    /// Whether `value` is a number in the range.
-    pub(crate) fn contains(&self, value: f64) -> bool {
+    /// Whether `value` is a number in the range, whose bounds are rounded as `value` was (to double precision if
+    /// `wide`, else to single).
+    pub(crate) fn contains(&self, value: f64, wide: bool) -> bool {
+        let round = |bound: f64| if wide { bound } else { f64::from(bound as f32) };
+        let (min, max) = (round(self.min), round(self.max));
         if self.open {
-            value > self.min && value < self.max
+            value > min && value < max
         } else {
-            value >= self.min && value <= self.max
+            value >= min && value <= max
         }
     }
 
     /// A value in the range, to go on with where a scene has a wrong one.
     pub(crate) fn inside(&self) -> f64 {
-        if self.contains(1.0) {
+        if self.contains(1.0, true) {
             1.0
         } else {
             0.5 * (self.min + self.max)
@@ -126,9 +129,9 @@ use Quantity::{
 
 /// Bound of every length. Its square is far from the limits of single precision.
 const FAR: f64 = 1e9;
-const ANYWHERE: Range = Range::new(-FAR, FAR);
-const POSITIVE: Range = Range::new(1e-6, FAR);
-const NOT_NEGATIVE: Range = Range::new(0.0, FAR);
+pub(crate) const ANYWHERE: Range = Range::new(-FAR, FAR);
+pub(crate) const POSITIVE: Range = Range::new(1e-6, FAR);
+pub(crate) const NOT_NEGATIVE: Range = Range::new(0.0, FAR);
 const SHARE: Range = Range::new(0.0, 1.0);
 const TURN: Range = Range::new(-360.0, 360.0);
 
@@ -273,7 +276,7 @@ const SOLVER: &[Variant] = &[
         "wave-equation",
         &[
             required("spacing", POSITIVE_LENGTH),
-            optional("scheme", Choice(&["explicit", "implicit"])),
+            optional("scheme", Choice(&["explicit", "implicit", "implicit-damped"])),
             optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
             optional("depth", POSITIVE_LENGTH),
             optional("damping", Number(Rate, NOT_NEGATIVE)),

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 2 << 30;
+/// Share of a picture's brightest value by which a pixel may be below 0.
+const MOST_NEGATIVE: f32 = 0.25;
 
 /// Why a sky picture cannot be used.
 #[derive(Debug)]
@@ -91,8 +93,9 @@ impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
 
-    /// Reads an equirectangular OpenEXR picture. Small negative radiance, which the resampling of pictures leaves
-    /// behind, becomes 0; more than a thousandth of the picture's mean is refused, as NaN and infinity are.
+    /// Reads an equirectangular OpenEXR picture. Negative radiance, which the resampling of pictures leaves
+    /// behind about a sun, becomes 0, with a warning in the log; more than a quarter of the brightest value is refused,
+    /// as NaN and infinity are.
     ///
     /// # Errors
     /// [`SkyError`]
@@ -115,12 +118,10 @@ impl Panorama {
             return Err(SkyError::Shape { file: file(), size });
         }
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
-        let mean = pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>() / (3 * pixels.len()) as f64;
-        let lowest = if mean.is_finite() {
-            -1e-3 * mean as f32
-        } else {
-            0.0
-        };
+        // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
+        // fifth of the sun's own value.
+        let brightest = pixels.iter().map(|p| p.max_element()).filter(|v| v.is_finite()).fold(0.0, f32::max);
+        let lowest = -MOST_NEGATIVE * brightest;
         if let Some(k) = pixels
             .iter()
             .position(|p| !(p.is_finite() && p.min_element() >= lowest))
@@ -135,7 +136,7 @@ impl Panorama {
         let negative = pixels.iter().filter(|p| p.min_element() < 0.0).count();
         if negative > 0 {
             tracing::warn!(
-                "{}: {negative} pixels with slightly negative radiance were set to 0",
+                "{}: {negative} pixels with negative radiance were set to 0",
                 path.display()
             );
             pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
@@ -151,5 +152,74 @@ impl Panorama {
                 .pixels
                 .iter()
                 .all(|p| p.is_finite() && p.min_element() >= 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageBuffer, Rgb};
+
+    fn save(
+        name: &str,
+        width: u32,
+        height: u32,
+        pixel: impl Fn(u32, u32) -> [f32; 3],
+    ) -> (tempfile::TempDir, PathBuf) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join(name);
+        ImageBuffer::from_fn(width, height, |x, y| Rgb(pixel(x, y)))
+            .save(&path)
+            .unwrap();
+        (dir, path)
+    }
+
+    #[test]
+    fn every_sky_of_the_repository_is_light() {
+        for name in ["dawn", "sky", "sunset", "venice"] {
+            let path = format!("{}/../data/sky/{name}.exr", env!("CARGO_MANIFEST_DIR"));
+            let sky = Panorama::load(Path::new(&path)).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(sky.size, UVec2::new(512, 256));
+            assert!(sky.is_valid());
+        }
+    }
+
+    #[test]
+    fn pixels_stand_in_rows_from_the_zenith() {
+        let (_dir, path) = save("s.exr", 8, 4, |x, y| [x as f32, y as f32, 0.5]);
+        let sky = Panorama::load(&path).unwrap();
+        assert_eq!(sky.pixels[3 + 8 * 2], Vec3::new(3.0, 2.0, 0.5));
+    }
+
+    #[test]
+    fn what_is_no_light_is_refused_and_a_little_less_than_none_is_none() {
+        let message = |value: f32| {
+            let (_dir, path) = save("s.exr", 8, 4, |x, y| {
+                if (x, y) == (5, 2) {
+                    [1.0, value, 1.0]
+                } else {
+                    [1.0; 3]
+                }
+            });
+            Panorama::load(&path)
+                .map(|sky| sky.pixels[5 + 8 * 2].y)
+                .map_err(|e| e.to_string())
+        };
+        assert_eq!(message(2.5), Ok(2.5));
+        assert_eq!(message(-0.01), Ok(0.0));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5] {
+            assert!(
+                message(bad)
+                    .unwrap_err()
+                    .contains("pixel (5, 2) has the radiance")
+            );
+        }
+        let (_dir, path) = save("s.exr", 8, 8, |_, _| [1.0; 3]);
+        assert!(
+            Panorama::load(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("8 x 8 pixels; a whole sky is twice as wide")
+        );
     }
 }

@@ -40,7 +40,12 @@ fn reach<T: Real>(
     radius: f32,
 ) -> Result<Vec<Reached>, EventError> {
     if !(radius.is_finite() && radius > 0.0) {
-        return Err(impossible(action, "radius", radius, "give a positive length in metres"));
+        return Err(impossible(
+            action,
+            "radius",
+            radius,
+            "give a positive length in metres",
+        ));
     }
     for value in centre.to_array() {
         if !value.is_finite() {
@@ -87,7 +92,10 @@ fn share(total: f64, weights: &[f64], room: &[f64]) -> Vec<f64> {
     let mut left = total;
     // Every pass either places all that is left or fills at least one cell.
     while left >= 1.0 {
-        let open: f64 = (0..weights.len()).filter(|&c| given[c] < room[c]).map(|c| weights[c]).sum();
+        let open: f64 = (0..weights.len())
+            .filter(|&c| given[c] < room[c])
+            .map(|c| weights[c])
+            .sum();
         if open <= 0.0 {
             break;
         }
@@ -114,7 +122,11 @@ fn share(total: f64, weights: &[f64], room: &[f64]) -> Vec<f64> {
 ///
 /// # Errors
 /// [`EventError::Impossible`] if a value is not finite or asks for water that is not there.
-pub(crate) fn apply<T: Real>(core: &mut FiniteVolume<T>, spec: &GridSpec, action: &Action) -> Result<(), EventError> {
+pub(crate) fn apply<T: Real>(
+    core: &mut FiniteVolume<T>,
+    spec: &GridSpec,
+    action: &Action,
+) -> Result<(), EventError> {
     match *action {
         Action::Drop {
             position,
@@ -143,10 +155,20 @@ fn drop_water<T: Real>(
 ) -> Result<(), EventError> {
     let cells = reach(core, spec, "drop", centre, radius)?;
     if !volume.is_finite() || f64::from(volume.abs()) > LARGEST_DEPTH * spec.cell_area() {
-        return Err(impossible("drop", "volume", volume, "give finite cubic metres, at most 1e5 m of depth a cell"));
+        return Err(impossible(
+            "drop",
+            "volume",
+            volume,
+            "give finite cubic metres, at most 1e5 m of depth a cell",
+        ));
     }
     if cells.is_empty() {
-        return Err(impossible("drop", "position", centre.x, "let the drop fall onto the grid"));
+        return Err(impossible(
+            "drop",
+            "position",
+            centre.x,
+            "let the drop fall onto the grid",
+        ));
     }
     let weights: Vec<f64> = cells.iter().map(|c| bump(c.square)).collect();
     let height = f64::from(volume) / spec.cell_area();
@@ -159,9 +181,17 @@ fn drop_water<T: Real>(
     let given = if volume >= 0.0 {
         share(total, &weights, &vec![f64::INFINITY; cells.len()])
     } else {
-        let room: Vec<f64> = cells.iter().map(|c| quantum.count(fields.h[c.at].to_f64())).collect();
+        let room: Vec<f64> = cells
+            .iter()
+            .map(|c| quantum.count(fields.h[c.at].to_f64()))
+            .collect();
         if room.iter().sum::<f64>() < total {
-            return Err(impossible("drop", "volume", volume, "take no more water than stands within the radius"));
+            return Err(impossible(
+                "drop",
+                "volume",
+                volume,
+                "take no more water than stands within the radius",
+            ));
         }
         share(total, &weights, &room)
     };
@@ -189,7 +219,12 @@ fn press<T: Real>(
 ) -> Result<(), EventError> {
     let cells = reach(core, spec, "press", centre, radius)?;
     if !depth.is_finite() || f64::from(depth.abs()) > LARGEST_DEPTH {
-        return Err(impossible("press", "depth", depth, "give finite metres, at most 1e5"));
+        return Err(impossible(
+            "press",
+            "depth",
+            depth,
+            "give finite metres, at most 1e5",
+        ));
     }
     core.make_room(f64::from(depth.abs()));
     let quantum = core.quantum();
@@ -202,7 +237,11 @@ fn press<T: Real>(
         room.push(quantum.count(fields.h[cell.at].to_f64()));
     }
     // Water is taken where the surface sinks, as far as there is any, and given to wet cells where it rises.
-    let taken: Vec<f64> = weights.iter().zip(&room).map(|(&w, &r)| quantum.count((-w).max(0.0)).min(r)).collect();
+    let taken: Vec<f64> = weights
+        .iter()
+        .zip(&room)
+        .map(|(&w, &r)| quantum.count((-w).max(0.0)).min(r))
+        .collect();
     let rising: Vec<f64> = weights
         .iter()
         .zip(&room)
@@ -219,7 +258,10 @@ fn press<T: Real>(
     for ((cell, take), room) in cells.iter().zip(&taken).zip(&room) {
         if *take > 0.0 {
             let part = take / room;
-            for (q, sum) in [&mut fields.qx[cell.at], &mut fields.qz[cell.at]].into_iter().zip(&mut moved) {
+            for (q, sum) in [&mut fields.qx[cell.at], &mut fields.qz[cell.at]]
+                .into_iter()
+                .zip(&mut moved)
+            {
                 *sum += part * q.to_f64();
                 *q = T::from_f64((1.0 - part) * q.to_f64());
             }
@@ -244,7 +286,12 @@ fn push<T: Real>(
     let cells = reach(core, spec, "push", centre, radius)?;
     for value in velocity.to_array() {
         if !(value.abs() <= LARGEST_SPEED) {
-            return Err(impossible("push", "velocity", value, "give finite m/s, at most 1000"));
+            return Err(impossible(
+                "push",
+                "velocity",
+                value,
+                "give finite m/s, at most 1000",
+            ));
         }
     }
     let dry = T::from_f64(core.dry());

@@ -111,8 +111,16 @@ impl Checkpoint {
         for (what, value, sound) in [
             ("time", self.time, self.time.is_finite()),
             ("base", self.base, self.base.is_finite()),
-            ("quantum", self.quantum, self.quantum.is_normal() && self.quantum > 0.0),
-            ("speed", self.speed.unwrap_or(0.0), self.speed.is_none_or(|s| s.is_finite() && s >= 0.0)),
+            (
+                "quantum",
+                self.quantum,
+                self.quantum.is_normal() && self.quantum > 0.0,
+            ),
+            (
+                "speed",
+                self.speed.unwrap_or(0.0),
+                self.speed.is_none_or(|s| s.is_finite() && s >= 0.0),
+            ),
         ] {
             if !sound {
                 return damaged(what, value, 0);

@@ -1,9 +1,13 @@
 //! Shallow-water equations: well-balanced finite volumes in f32 or f64.
 
 mod actions;
+pub mod analytic;
 mod boundary;
+pub mod cases;
 mod checkpoint;
+mod edges;
 mod finite_volume;
+mod from_scene;
 mod real;
 mod settings;
 mod solver;
@@ -11,8 +15,6 @@ mod storage;
 mod totals;
 
 pub use checkpoint::{Checkpoint, CheckpointError};
-pub use settings::{BuildError, DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, position};
+pub use edges::{Condition, Edges, Series};
+pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
 pub use solver::ShallowWater;
-
-/// Standard gravity of this solver, m/s².
-pub const GRAVITY: f64 = 9.81;

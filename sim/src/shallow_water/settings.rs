@@ -1,7 +1,7 @@
 //! What the solver is told: parameters, edges and the initial state, and why they may be refused.
 
+use super::edges::Edges;
 use crate::grid::{GridError, GridSpec};
-use crate::scene::description::Boundary;
 
 /// Largest Courant number that the unsplit scheme is run at.
 pub const LARGEST_COURANT: f64 = 0.5;
@@ -30,8 +30,8 @@ pub struct Settings {
     /// Depth in metres below which velocities fade to 0; default 1e-5 of the largest initial depth. In single
     /// precision it is kept above 32 quanta of depth, 8e-6 of the largest depth.
     pub film_depth: Option<f64>,
-    /// What happens at the edges. Beyond an open edge the water stays as it was at the start.
-    pub boundary: Boundary,
+    /// What happens at the edges.
+    pub edges: Edges,
     /// Elevation of still water above datum in metres, to which potential energy is relative; default: the surface
     /// over the deepest initial water.
     pub level: Option<f64>,
@@ -46,7 +46,7 @@ impl Default for Settings {
             manning: 0.0,
             courant: DEFAULT_COURANT,
             film_depth: None,
-            boundary: Boundary::default(),
+            edges: Edges::default(),
             level: None,
             max_substeps: 1_000_000,
         }
@@ -105,22 +105,15 @@ pub fn position(spec: &GridSpec, i: usize, j: usize) -> [f64; 2] {
 /// Why a shallow-water solver cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum BuildError {
-    /// The scene asks for another method.
-    #[error("the scene's solver is `{found}`, not `shallow-water`")]
-    WrongKind {
-        /// What the scene asks for.
-        found: &'static str,
-    },
+pub enum SetupError {
     /// The grid is impossible.
     #[error(transparent)]
     Grid(#[from] GridError),
     /// Too few samples.
-    #[error("shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing")]
+    #[error(
+        "shallow water needs at least 3 samples along each axis; the grid has {0} x {1}; use a finer spacing"
+    )]
     Narrow(usize, usize),
-    /// There is no ground.
-    #[error("shallow water needs ground below it; add a `[terrain]` table, `kind = \"flat\"` for a level bed")]
-    NoGround,
     /// An array has the wrong length.
     #[error("{what} has {found} values; the grid has {expected} samples")]
     Length {
@@ -132,7 +125,9 @@ pub enum BuildError {
         found: usize,
     },
     /// A value is not finite or too large to compute with.
-    #[error("{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there")]
+    #[error(
+        "{what} is {value} at sample ({i}, {j}); it must be finite and within ±{limit:e}; correct the data there"
+    )]
     Value {
         /// Which quantity, with its unit.
         what: &'static str,
@@ -155,6 +150,14 @@ pub enum BuildError {
         /// What is allowed.
         range: &'static str,
     },
+    /// A time series cannot be used.
+    #[error("point {at} of the time series: {message}")]
+    Series {
+        /// Number of the point, from 0.
+        at: usize,
+        /// What is wrong and what would be right.
+        message: &'static str,
+    },
     /// Only one of two opposite edges is periodic.
     #[error("only one of the edges {low} and {high} is periodic; make both periodic or neither")]
     HalfPeriodic {
@@ -174,19 +177,16 @@ impl Settings {
     /// Checks every parameter.
     ///
     /// # Errors
-    /// [`BuildError::Parameter`] or [`BuildError::HalfPeriodic`].
-    pub fn check(&self) -> Result<(), BuildError> {
-        use crate::scene::description::Edge;
+    /// [`SetupError::Parameter`] or [`SetupError::HalfPeriodic`].
+    pub fn check(&self) -> Result<(), SetupError> {
         let parameter = |name, value: f64, sound: bool, range| {
             if sound {
                 Ok(())
             } else {
-                Err(BuildError::Parameter { name, value, range })
+                Err(SetupError::Parameter { name, value, range })
             }
         };
-        let Self {
-            manning, courant, ..
-        } = *self;
+        let Self { manning, courant, .. } = *self;
         parameter(
             "manning",
             manning,
@@ -200,21 +200,17 @@ impl Settings {
             "above 0 and at most 0.5",
         )?;
         if let Some(film) = self.film_depth {
-            parameter("film_depth", film, film.is_finite() && film > 0.0, "a positive length in metres")?;
+            parameter(
+                "film_depth",
+                film,
+                film.is_finite() && film > 0.0,
+                "a positive length in metres",
+            )?;
         }
         if let Some(level) = self.level {
             parameter("level", level, level.abs() <= HEIGHT_LIMIT, "within ±1e6 m")?;
         }
-        let b = &self.boundary;
-        for (low, high, names) in [(b.x_min, b.x_max, ("x_min", "x_max")), (b.z_min, b.z_max, ("z_min", "z_max"))] {
-            if (low == Edge::Periodic) != (high == Edge::Periodic) {
-                return Err(BuildError::HalfPeriodic {
-                    low: names.0,
-                    high: names.1,
-                });
-            }
-        }
-        Ok(())
+        self.edges.check()
     }
 }
 
@@ -222,18 +218,18 @@ impl Initial {
     /// Checks lengths and values against a grid.
     ///
     /// # Errors
-    /// [`BuildError`] names the array, the sample and the value.
-    pub fn check(&self, spec: &GridSpec) -> Result<(), BuildError> {
+    /// [`SetupError`] names the array, the sample and the value.
+    pub fn check(&self, spec: &GridSpec) -> Result<(), SetupError> {
         spec.validate()?;
         let (w, h) = (spec.width(), spec.height());
         if w < 3 || h < 3 {
-            return Err(BuildError::Narrow(w, h));
+            return Err(SetupError::Narrow(w, h));
         }
         let length = |what, found: usize| {
             if found == spec.len() {
                 Ok(())
             } else {
-                Err(BuildError::Length {
+                Err(SetupError::Length {
                     what,
                     expected: spec.len(),
                     found,
@@ -246,7 +242,7 @@ impl Initial {
             // NaN compares as not within.
             match (0..spec.len()).find(|&k| !(value(k).abs() <= limit)) {
                 None => Ok(()),
-                Some(k) => Err(BuildError::Value {
+                Some(k) => Err(SetupError::Value {
                     what,
                     value: value(k),
                     i: k % w,

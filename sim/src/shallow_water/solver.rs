@@ -4,7 +4,7 @@ use super::actions;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
 use super::real::Real;
-use super::settings::{BuildError, Initial, Precision, Settings};
+use super::settings::{Initial, Precision, Settings, SetupError};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
 use crate::events::{Action, EventError};
@@ -59,8 +59,8 @@ impl ShallowWater {
     /// A solver for a state at time 0.
     ///
     /// # Errors
-    /// [`BuildError`] if a parameter or value is out of range, or the grid has fewer than 3 samples along an axis.
-    pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, BuildError> {
+    /// [`SetupError`] if a parameter or value is out of range, or the grid has fewer than 3 samples along an axis.
+    pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, SetupError> {
         settings.check()?;
         initial.check(&spec)?;
         let ground = Grid::from_vec(spec, initial.ground.iter().map(|&z| z as f32).collect())?;
@@ -177,23 +177,39 @@ impl ShallowWater {
             i,
             j,
             time: self.time,
-            remedy: "look at ground and events there, or lower `solver.courant` or raise `solver.film_depth`".into(),
+            remedy: "look at ground and events there, or lower `solver.courant` or raise `solver.film_depth`"
+                .into(),
         }
     }
 }
 
 /// A scheme in the initial state, with the height of its bed 0.
-fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: &Settings) -> (FiniteVolume<T>, f64) {
+fn start<T: Real>(
+    layout: Layout,
+    spec: &GridSpec,
+    initial: &Initial,
+    settings: &Settings,
+) -> (FiniteVolume<T>, f64) {
     let spacing = f64::from(spec.spacing);
     let start = storage::quantise::<T>(layout, initial, spacing);
     let base = start.base;
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    let core = FiniteVolume::new(layout, spacing, settings.boundary.clone(), start, film, settings.manning);
+    let core = FiniteVolume::new(
+        layout,
+        spacing,
+        settings.edges.clone(),
+        start,
+        film,
+        settings.manning,
+    );
     (core, base)
 }
 
 /// One value for each cell of the domain.
-fn gather<T: Real, V: Send>(core: &FiniteVolume<T>, value: impl Fn(&FiniteVolume<T>, usize) -> V + Sync) -> Vec<V> {
+fn gather<T: Real, V: Send>(
+    core: &FiniteVolume<T>,
+    value: impl Fn(&FiniteVolume<T>, usize) -> V + Sync,
+) -> Vec<V> {
     let layout = core.layout();
     (0..layout.nz)
         .into_par_iter()
@@ -228,7 +244,7 @@ impl Solver for ShallowWater {
         let mut largest = 0.0_f64;
         let mut speed = match self.speed {
             Some(speed) => speed,
-            None => each!(&mut self.core, c => c.probe()),
+            None => each!(&mut self.core, c => c.probe(start)),
         };
         let mut retries = 0;
         while done < dt {
@@ -244,7 +260,7 @@ impl Solver for ShallowWater {
                 });
             }
             let step = left / needed;
-            match each!(&mut self.core, c => c.try_step(step, TOLERATED * courant)) {
+            match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
@@ -283,7 +299,9 @@ impl Solver for ShallowWater {
     }
 
     fn report(&self) -> StepReport {
-        let speed = self.speed.unwrap_or_else(|| each!(&self.core, c => c.estimated_speed()));
+        let speed = self
+            .speed
+            .unwrap_or_else(|| each!(&self.core, c => c.estimated_speed()));
         self.state_report(speed)
     }
 
@@ -320,21 +338,33 @@ fn extract<T: Real>(core: &FiniteVolume<T>, base: f64, ground: &Grid<f32>, out: 
         extend_into_dry(&mut out.elevation, &wet, ground, SHORE);
     }
     if let Some(depth) = &mut out.depth {
-        depth.as_mut_slice().par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
-            for (depth, k) in row.iter_mut().zip(layout.row(j)) {
-                *depth = fields.h[k].to_f64() as f32;
-            }
-        });
+        depth
+            .as_mut_slice()
+            .par_chunks_mut(nx)
+            .enumerate()
+            .for_each(|(j, row)| {
+                for (depth, k) in row.iter_mut().zip(layout.row(j)) {
+                    *depth = fields.h[k].to_f64() as f32;
+                }
+            });
     }
     if let Some(velocity) = &mut out.velocity {
-        velocity.as_mut_slice().par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
-            for (velocity, k) in row.iter_mut().zip(layout.row(j)) {
-                let inverse = if fields.h[k] > film { 1.0 / fields.h[k].to_f64() } else { 0.0 };
-                *velocity = Vec2::new(
-                    (fields.qx[k].to_f64() * inverse) as f32,
-                    (fields.qz[k].to_f64() * inverse) as f32,
-                );
-            }
-        });
+        velocity
+            .as_mut_slice()
+            .par_chunks_mut(nx)
+            .enumerate()
+            .for_each(|(j, row)| {
+                for (velocity, k) in row.iter_mut().zip(layout.row(j)) {
+                    let inverse = if fields.h[k] > film {
+                        1.0 / fields.h[k].to_f64()
+                    } else {
+                        0.0
+                    };
+                    *velocity = Vec2::new(
+                        (fields.qx[k].to_f64() * inverse) as f32,
+                        (fields.qz[k].to_f64() * inverse) as f32,
+                    );
+                }
+            });
     }
 }

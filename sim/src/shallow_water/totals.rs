@@ -1,9 +1,9 @@
 //! Totals of a state: what a report says about it.
 
-use super::GRAVITY;
 use super::finite_volume::FiniteVolume;
 use super::real::Real;
 use crate::reduce;
+use crate::solvers::GRAVITY;
 
 /// Density of water, kg/m³.
 const DENSITY: f64 = 1000.0;

@@ -94,15 +94,22 @@ pub fn load(terrain: &Terrain, base_dir: &Path) -> Result<Option<Grid<f32>>, Ter
     finish(raster, &file, scale, offset).map(Some)
 }
 
-/// Level ground under `grid`, on the fewest samples of square spacing that cover it exactly.
+/// Level ground under `grid`, on the fewest samples of square spacing that cover it exactly. Where those would be very
+/// many, it reaches beyond the grid by less than a thousandth of its shorter side instead.
 pub fn flat(height: f32, grid: &GridSpec) -> Grid<f32> {
-    let cells = grid.size.saturating_sub(UVec2::ONE);
-    let step = gcd(cells.x, cells.y).max(1);
+    let cells = grid.size.saturating_sub(UVec2::ONE).max(UVec2::ONE);
+    let exact = gcd(cells.x, cells.y);
+    let step = if u64::from(cells.x / exact) * u64::from(cells.y / exact) <= 1 << 22 {
+        exact
+    } else {
+        (cells.min_element() / 1024).max(1)
+    };
+    let count = UVec2::new(cells.x.div_ceil(step), cells.y.div_ceil(step)) + UVec2::ONE;
     Grid::filled(
         GridSpec {
             origin: grid.origin,
             spacing: grid.spacing * step as f32,
-            size: cells / step + UVec2::ONE,
+            size: count,
         },
         height,
     )
@@ -276,3 +283,78 @@ impl Fault for TerrainError {
 }
 
 display_fault!(TerrainError);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+
+    #[test]
+    fn level_ground_covers_its_grid_with_few_samples() {
+        for (size, expected) in [
+            ((33, 33), (2, 2)),
+            ((81, 41), (3, 2)),
+            ((256, 181), (18, 13)),
+            ((2, 2), (2, 2)),
+            ((1, 5), (2, 5)),
+            ((20_000, 10_008), (2224, 1113)),
+        ] {
+            let grid = GridSpec {
+                origin: Vec2::new(3.0, -1.0),
+                spacing: 0.5,
+                size: size.into(),
+            };
+            let ground = flat(-2.0, &grid);
+            assert_eq!(
+                (ground.spec().size, ground.spec().origin),
+                (UVec2::from(expected), grid.origin),
+                "{size:?}"
+            );
+            let over = ground.spec().extent() - grid.extent();
+            assert!(
+                over.min_element() >= -1e-3
+                    && over.max_element() <= 1e-3 * grid.extent().min_element().max(500.0)
+            );
+        }
+    }
+
+    /// The Jacksboro heights, which other tests and scenes rely on.
+    #[test]
+    fn a_picture_is_cropped_scaled_shifted_and_made_square() {
+        let load = |crop, scale, offset| {
+            let terrain = Terrain::Image {
+                file: "terrain/jacksboro.png".into(),
+                pixel_size: Vec2::new(74.5, 92.6),
+                scale,
+                offset,
+                crop,
+                origin: Vec2::new(100.0, 0.0),
+            };
+            load(
+                &terrain,
+                Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../data")),
+            )
+            .unwrap()
+            .unwrap()
+        };
+        let whole = load(None, 1.0, 0.0);
+        assert_eq!(whole.spec().size, UVec2::new(403, 427));
+        assert_eq!(
+            (whole.spec().spacing, whole.spec().origin),
+            (74.5, Vec2::new(100.0, 0.0))
+        );
+        let (low, high) = whole.range();
+        assert!(
+            (230.0..=236.5).contains(&low) && (1075.5..1085.0).contains(&high),
+            "{low} {high}"
+        );
+        let part = load(Some([10, 0, 20, 30]), 1.0, 0.0);
+        assert_eq!((part.spec().size.x, part[(0, 0)]), (20, whole[(10, 0)]));
+        // Exact in double precision: 1e6 m of datum leave no trace in the last digits.
+        let shifted = load(None, 0.5, -1e6);
+        assert_eq!(
+            f64::from(shifted[(7, 0)]),
+            f64::from((f64::from(whole[(7, 0)]) * 0.5 - 1e6) as f32)
+        );
+    }
+}

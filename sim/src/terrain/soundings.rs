@@ -390,7 +390,10 @@ mod tests {
             let along = 111_132.954 - 559.822 * (2.0 * p).cos() + 1.175 * (4.0 * p).cos();
             let across = 111_412.877 * p.cos() - 93.505 * (3.0 * p).cos() + 0.118 * (5.0 * p).cos();
             let metres = metres_per_degree(degrees);
-            assert!((metres - DVec2::new(across, along)).abs().max_element() < 0.1, "{metres} {across} {along}");
+            assert!(
+                (metres - DVec2::new(across, along)).abs().max_element() < 0.1,
+                "{metres} {across} {along}"
+            );
         }
         // Across the date line.
         let mut list = vec![DVec3::new(179.5, 10.0, 1.0), DVec3::new(-179.5, 11.0, 2.0)];

@@ -169,9 +169,25 @@ pub(crate) fn time(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A factor above 0 and at most a million.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match finite(text) {
+        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
+        _ => Err("write a factor above 0, as in 20".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn factors_are_positive() {
+        assert_eq!(positive("0.25"), Ok(0.25));
+        for bad in ["0", "-2", "nan", "inf", "fast"] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn image_sizes_are_read_and_refused() {

@@ -18,7 +18,7 @@ pub(crate) enum Frames {
     /// A live run, which goes through every frame.
     Live {
         scene: Box<Scene>,
-        source: LiveSource,
+        source: Box<LiveSource>,
         /// Number of the frame that comes next.
         next: u64,
     },
@@ -35,7 +35,7 @@ impl Frames {
             Input::Scene(scene) => {
                 let solver = live::solver(&scene)?;
                 let choices = live::choose_channels(&scene, live::offers(&scene, solver.as_ref()), renderer);
-                let source = LiveSource::new(&scene, solver, live::active(&choices));
+                let source = Box::new(live::source(&scene, solver, live::active(&choices)));
                 Self::Live {
                     scene,
                     source,

@@ -28,6 +28,8 @@ struct Entry {
     name: &'static str,
     available: bool,
     summary: &'static str,
+    /// Why it is not available.
+    reason: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -45,6 +47,7 @@ pub(super) fn renderers(args: &ListArgs, console: &Console) -> Result<(), Failur
         name: info.name,
         available: info.unavailable.is_none(),
         summary: info.summary,
+        reason: info.unavailable,
     };
     let renderers: Vec<Entry> = renderers::available().into_iter().map(entry).collect();
     if args.json {
@@ -59,6 +62,8 @@ pub(super) fn solvers(args: &ListArgs, console: &Console) -> Result<(), Failure>
         name: info.name,
         available: info.compiled,
         summary: info.summary,
+        reason: (!info.compiled)
+            .then(|| format!("not compiled in; build with the Cargo feature `{}`", info.name)),
     };
     let solvers: Vec<Entry> = solvers::available().into_iter().map(entry).collect();
     if args.json {
@@ -75,12 +80,12 @@ fn table(entries: &[Entry]) -> String {
         ("what it does", Align::Left),
     ]);
     for entry in entries {
-        let available = if entry.available {
-            "yes"
-        } else {
-            "not in this build"
+        let available = if entry.available { "yes" } else { "no" };
+        let summary = match &entry.reason {
+            Some(reason) => format!("{} ({reason})", entry.summary),
+            None => entry.summary.to_owned(),
         };
-        table.row(vec![entry.name.into(), available.into(), entry.summary.into()]);
+        table.row(vec![entry.name.into(), available.into(), summary]);
     }
     table.render()
 }

@@ -20,7 +20,11 @@ const FEWEST_ARRAYS: u64 = 3;
 pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
     let size = scene.grid.size;
     let fewest = FEWEST_ARRAYS * 4 * scene.grid.len() as u64;
-    memory::require(fewest, &format!("the grid of {} x {} samples", size.x, size.y))?;
+    memory::require(
+        fewest,
+        &format!("the grid of {} x {} samples", size.x, size.y),
+        "take fewer samples: a coarser `solver.spacing` or a smaller `domain.size`",
+    )?;
     solvers::build(scene).or_input()
 }
 
@@ -37,15 +41,16 @@ pub(crate) fn renderer(name: &str) -> Result<Box<dyn Renderer>, Failure> {
 pub(crate) struct ChannelChoice {
     pub(crate) name: &'static str,
     pub(crate) channel: Channels,
-    pub(crate) wanted: bool,
+    /// Whether the scene names it.
+    pub(crate) named: bool,
     pub(crate) active: bool,
     pub(crate) reason: String,
 }
 
 impl ChannelChoice {
-    /// Whether it was asked for and cannot be had.
+    /// Whether the scene names it and it cannot be had.
     pub(crate) fn refused(&self) -> bool {
-        self.wanted && !self.active
+        self.named && !self.active
     }
 }
 
@@ -78,7 +83,7 @@ pub(crate) fn choose_channels(
         ChannelChoice {
             name,
             channel,
-            wanted,
+            named: wanted && named.is_some(),
             active,
             reason,
         }

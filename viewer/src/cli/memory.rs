@@ -4,16 +4,15 @@ use super::failure::Failure;
 use super::format;
 use std::fs;
 
-/// Refuses work that would hold `needed` bytes where fewer can be had; `what` says what needs them.
-/// Where the system does not say how much there is, everything is let through.
+/// Refuses work that would hold `needed` bytes where fewer can be had; `what` says what needs them, `remedy` what to
+/// change. Where the system does not say how much there is, everything is let through.
 ///
 /// # Errors
 /// [`Failure::Input`] with both figures.
-pub(crate) fn require(needed: u64, what: &str) -> Result<(), Failure> {
+pub(crate) fn require(needed: u64, what: &str, remedy: &str) -> Result<(), Failure> {
     match available() {
         Some(available) if needed > available => Err(Failure::input(format_args!(
-            "{what} needs at least {}, but {} of memory can be had; use fewer samples (a coarser `solver.spacing` or \
-             a smaller `domain.size`)",
+            "{what} needs at least {}, but {} of memory can be had; {remedy}",
             format::bytes(needed),
             format::bytes(available)
         ))),
@@ -87,9 +86,15 @@ mod tests {
     #[test]
     fn what_cannot_fit_is_refused_with_both_figures() {
         if available().is_some() {
-            let message = require(u64::MAX, "the scene").unwrap_err().to_string();
-            assert!(message.contains("the scene needs at least 16.0 EiB"), "{message}");
+            let message = require(u64::MAX, "the scene", "shrink it")
+                .unwrap_err()
+                .to_string();
+            assert!(
+                message.starts_with("the scene needs at least 16.0 EiB, but ")
+                    && message.ends_with("; shrink it"),
+                "{message}"
+            );
         }
-        require(0, "nothing").unwrap();
+        require(0, "nothing", "").unwrap();
     }
 }

@@ -10,8 +10,8 @@ use super::interrupt::Interrupt;
 use super::volume::VolumeAccount;
 use super::{input, live};
 use clap::Args;
-use meniscus_sim::recording::{Summary, Writer};
-use meniscus_sim::{Channels, Frame, FrameSource as _, Progress, Scene};
+use meniscus_sim::recording::Writer;
+use meniscus_sim::{Frame, FrameSource as _, Progress, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub(super) const ABOUT: &str = "Run a scene and record its frames.\n\nRecorded a
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:\n  \
         meniscus record data/scenes/ripple-tank.toml -o run.mrec\n  \
-        meniscus record data/scenes/ripple-tank.toml --duration 5 --set solver.spacing=0.03125 -o fine.mrec")]
+        meniscus record data/scenes/ripple-tank.toml --set solver.spacing=0.03125 -o fine.mrec")]
 pub struct RecordArgs {
     /// The scene
     #[command(flatten)]
@@ -33,7 +33,7 @@ pub struct RecordArgs {
     #[arg(short, long = "out", value_name = "RUN.mrec")]
     pub out: PathBuf,
     /// Seconds to simulate, in place of the scene's `duration`
-    #[arg(long, value_name = "S", value_parser = time)]
+    #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     pub duration: Option<f64>,
     /// Print the summary as one JSON object
     #[arg(long)]
@@ -161,11 +161,23 @@ pub fn record_scene(
         return Err(failure);
     }
     let summary = finished.or_run()?;
-    let volume = VolumeAccount::of(scene, tally.masses, tally.last_time);
     let cost = stopwatch.cost();
-    Ok(Recorded::new(
-        scene, name, out, channels, &tally, &summary, volume, cost,
-    ))
+    Ok(Recorded {
+        file: out.to_owned(),
+        scene: scene.description.name.clone(),
+        solver: name,
+        channels: channels.iter().map(|(name, _)| name).collect(),
+        frames: tally.frames,
+        simulated_seconds: tally.last_time,
+        raw_bytes: summary.raw_bytes,
+        file_bytes: summary.file_bytes,
+        ratio: summary.file_bytes as f64 / summary.raw_bytes.max(1) as f64,
+        volume: VolumeAccount::of(scene, tally.masses, tally.last_time),
+        substeps: tally.substeps,
+        clamps: tally.clamps,
+        cost,
+        real_time_factor: tally.last_time / cost.wall_seconds.max(1e-9),
+    })
 }
 
 /// What remains of a run that stopped.
@@ -198,35 +210,6 @@ impl Tally {
 }
 
 impl Recorded {
-    fn new(
-        scene: &Scene,
-        solver: &'static str,
-        out: &Path,
-        channels: Channels,
-        tally: &Tally,
-        summary: &Summary,
-        volume: VolumeAccount,
-        cost: Cost,
-    ) -> Self {
-        let ratio = summary.file_bytes as f64 / summary.raw_bytes.max(1) as f64;
-        Self {
-            file: out.to_owned(),
-            scene: scene.description.name.clone(),
-            solver,
-            channels: channels.iter().map(|(name, _)| name).collect(),
-            frames: tally.frames,
-            simulated_seconds: tally.last_time,
-            raw_bytes: summary.raw_bytes,
-            file_bytes: summary.file_bytes,
-            ratio,
-            volume,
-            substeps: tally.substeps,
-            clamps: tally.clamps,
-            cost,
-            real_time_factor: tally.last_time / cost.wall_seconds.max(1e-9),
-        }
-    }
-
     /// The summary for people.
     pub fn text(&self) -> String {
         let mut facts = Facts::default();

@@ -166,11 +166,31 @@ pub(super) fn reconstruct<T: Real>(
     let (zw, zc, ze) = (&here.z[..m], &here.z[1..=m], &here.z[2..n]);
     let (uw, uc, ue) = (&here.u[..m], &here.u[1..=m], &here.u[2..n]);
     let (vw, vc, ve) = (&here.v[..m], &here.v[1..=m], &here.v[2..n]);
-    let (hb, zb, ub, vb) = (&before.h[1..=m], &before.z[1..=m], &before.u[1..=m], &before.v[1..=m]);
-    let (hf, zf, uf, vf) = (&behind.h[1..=m], &behind.z[1..=m], &behind.u[1..=m], &behind.v[1..=m]);
+    let (hb, zb, ub, vb) = (
+        &before.h[1..=m],
+        &before.z[1..=m],
+        &before.u[1..=m],
+        &before.v[1..=m],
+    );
+    let (hf, zf, uf, vf) = (
+        &behind.h[1..=m],
+        &behind.z[1..=m],
+        &behind.u[1..=m],
+        &behind.v[1..=m],
+    );
     let (oh, ou, ov) = (&mut out.h[1..=m], &mut out.u[1..=m], &mut out.v[1..=m]);
-    let (oxh, oxz, oxu, oxv) = (&mut out.xh[1..=m], &mut out.xz[1..=m], &mut out.xu[1..=m], &mut out.xv[1..=m]);
-    let (ozh, ozz, ozu, ozv) = (&mut out.zh[1..=m], &mut out.zz[1..=m], &mut out.zu[1..=m], &mut out.zv[1..=m]);
+    let (oxh, oxz, oxu, oxv) = (
+        &mut out.xh[1..=m],
+        &mut out.xz[1..=m],
+        &mut out.xu[1..=m],
+        &mut out.xv[1..=m],
+    );
+    let (ozh, ozz, ozu, ozv) = (
+        &mut out.zh[1..=m],
+        &mut out.zz[1..=m],
+        &mut out.zu[1..=m],
+        &mut out.zv[1..=m],
+    );
     let half_lambda = T::HALF * k.lambda;
     for c in 0..m {
         let (h, u, v) = (hc[c], uc[c], vc[c]);
@@ -210,6 +230,23 @@ pub(super) fn reconstruct<T: Real>(
     }
 }
 
+/// Manning's friction over the half step, so that a steady flow, in which it balances the bed's slope, stays steady.
+#[inline(always)]
+pub(super) fn rub_half<T: Real>(k: &Constants<T>, here: RowView<'_, T>, out: &mut Cells<T>) {
+    let n = here.h.len();
+    let m = n - 2;
+    let (h, u, v) = (&here.h[1..=m], &here.u[1..=m], &here.v[1..=m]);
+    let (ou, ov) = (&mut out.u[1..=m], &mut out.v[1..=m]);
+    let half = T::HALF * k.friction;
+    for c in 0..m {
+        let depth = h[c].larger(k.dry);
+        let speed = (u[c] * u[c] + v[c] * v[c]).sqrt();
+        let factor = T::ONE / (T::ONE + half * speed * depth.inverse_cube_root() / depth);
+        ou[c] = ou[c] * factor;
+        ov[c] = ov[c] * factor;
+    }
+}
+
 /// What one face lets through.
 struct Flux<T> {
     mass: T,
@@ -240,8 +277,20 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
     let (left_dry, right_dry) = (a <= T::ZERO, b <= T::ZERO);
     let first = (l.u - cl).smaller(middle - celerity);
     let last = (r.u + cr).larger(middle + celerity);
-    let first = if left_dry { r.u - T::TWO * cr } else if right_dry { l.u - cl } else { first };
-    let last = if right_dry { l.u + T::TWO * cl } else if left_dry { r.u + cr } else { last };
+    let first = if left_dry {
+        r.u - T::TWO * cr
+    } else if right_dry {
+        l.u - cl
+    } else {
+        first
+    };
+    let last = if right_dry {
+        l.u + T::TWO * cl
+    } else if left_dry {
+        r.u + cr
+    } else {
+        last
+    };
     let (first, last) = (first.smaller(T::ZERO), last.larger(T::ZERO));
     let inverse = T::ONE / (last - first).larger(T::TINY);
     let (wl, wr, w) = (last * inverse, -first * inverse, first * last * inverse);
@@ -251,7 +300,11 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
     let pressure = T::HALF * k.gravity * (b - a) * (b + a);
     let before = wl * (ql * l.u) + wr * (qr * r.u + pressure) + w * (qr - ql);
     let across = mass * if mass > T::ZERO { l.v } else { r.v };
-    let speed = if left_dry && right_dry { T::ZERO } else { last.larger(-first) };
+    let speed = if left_dry && right_dry {
+        T::ZERO
+    } else {
+        last.larger(-first)
+    };
     Flux {
         mass: k.round(k.lambda * mass),
         before,
@@ -263,7 +316,13 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
 
 /// Faces along X of one row; `speed` keeps the fastest signal seen in each column.
 #[inline(always)]
-pub(super) fn faces_x<T: Real>(k: &Constants<T>, z: &[T], cells: &Cells<T>, out: &mut Faces<T>, speed: &mut Row<T>) {
+pub(super) fn faces_x<T: Real>(
+    k: &Constants<T>,
+    z: &[T],
+    cells: &Cells<T>,
+    out: &mut Faces<T>,
+    speed: &mut Row<T>,
+) {
     let n = z.len();
     let m = n - 3;
     // Cells 1 ..= m stand before the faces, cells 2 ..= m + 1 behind.
@@ -397,8 +456,14 @@ pub(super) fn drain_z<T: Real>(k: &Constants<T>, n: usize, share: (&Row<T>, &Row
 
 #[inline(always)]
 fn drain<T: Real>(k: &Constants<T>, left: &[T], right: &[T], faces: &mut Faces<T>, start: usize, m: usize) {
-    let (mass, across) = (&mut faces.mass[start..start + m], &mut faces.across[start..start + m]);
-    let (before, behind) = (&mut faces.before[start..start + m], &mut faces.behind[start..start + m]);
+    let (mass, across) = (
+        &mut faces.mass[start..start + m],
+        &mut faces.across[start..start + m],
+    );
+    let (before, behind) = (
+        &mut faces.before[start..start + m],
+        &mut faces.behind[start..start + m],
+    );
     for c in 0..m {
         let share = if mass[c] > T::ZERO { left[c] } else { right[c] };
         let all = share >= T::ONE;
@@ -417,8 +482,6 @@ pub(super) mod flag {
     pub(in super::super) const DEEP: u32 = 2;
     /// Some value is not finite or beyond its limit.
     pub(in super::super) const BROKEN: u32 = 4;
-    /// Some cell holds a film.
-    pub(in super::super) const THIN: u32 = 8;
 }
 
 /// The state of one row, or the place for it.
@@ -430,7 +493,10 @@ pub(super) struct State<'a, T> {
 
 /// Adds the fluxes and the bed force to one row: cells 3 .. n − 3 of the views go to `h`, `qx`, `qz`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "outputs must be separate references for the loop to vectorise")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "outputs must be separate references for the loop to vectorise"
+)]
 pub(super) fn update<T: Real>(
     k: &Constants<T>,
     old: State<'_, T>,
@@ -458,44 +524,42 @@ pub(super) fn update<T: Real>(
     let (fp, lp) = (&z.0.behind[3..m + 3], &z.1.before[3..m + 3]);
     let (fa, la) = (&z.0.across[3..m + 3], &z.1.across[3..m + 3]);
     let two_g = k.gravity + k.gravity;
-    let mut flags = 0_u32;
     for c in 0..m {
-        let depth = (h0[c] + (wm[c] - em[c])) + (fm[c] - lm[c]);
         // ½ g (h₊ + h₋)(η₊ − η₋): the bed force and the cell's own pressure in one, exactly 0 under a level surface.
         let slope_x = two_g * hc[c] * (xh[c] + xz[c]);
         let slope_z = two_g * hc[c] * (zh[c] + zz[c]);
-        let px = qx0[c] + k.lambda * ((wp[c] - ep[c]) - slope_x + (fa[c] - la[c]));
-        let pz = qz0[c] + k.lambda * ((fp[c] - lp[c]) - slope_z + (wa[c] - ea[c]));
-        h[c] = depth;
-        qx[c] = px;
-        qz[c] = pz;
-        let size = px.abs() + pz.abs();
-        let alive = (depth != h0[c]) | (size > T::ZERO) | (qx0[c] != T::ZERO) | (qz0[c] != T::ZERO);
-        let sound = (depth >= T::ZERO) & (size < k.momentum_limit);
-        flags |= u32::from(alive) * flag::ALIVE
-            | u32::from(depth >= k.depth_limit) * flag::DEEP
-            | u32::from(!sound) * flag::BROKEN
-            | u32::from(depth < k.film) * flag::THIN;
+        h[c] = (h0[c] + (wm[c] - em[c])) + (fm[c] - lm[c]);
+        qx[c] = qx0[c] + k.lambda * ((wp[c] - ep[c]) - slope_x + (fa[c] - la[c]));
+        qz[c] = qz0[c] + k.lambda * ((fp[c] - lp[c]) - slope_z + (wa[c] - ea[c]));
     }
-    if flags & flag::THIN != 0 {
+    let mut thin = 0_u32;
+    for c in 0..m {
+        thin |= u32::from(h[c] < k.film);
+    }
+    if thin != 0 {
         settle_films(k, h, qx, qz);
-        // What only trickled in and out of existence within a film is not alive.
-        let mut alive = 0_u32;
-        for c in 0..m {
-            alive |= u32::from(
-                (h[c] != h0[c])
-                    | (qx[c] != T::ZERO)
-                    | (qz[c] != T::ZERO)
-                    | (qx0[c] != T::ZERO)
-                    | (qz0[c] != T::ZERO),
-            );
-        }
-        flags = (flags & !flag::ALIVE) | alive * flag::ALIVE;
     }
     if k.friction > T::ZERO {
         rub(k, h, qx, qz);
     }
-    flags
+    inspect(k, (h0, qx0, qz0), (h, qx, qz))
+}
+
+/// What a row's update found, as bits of [`flag`].
+#[inline(always)]
+fn inspect<T: Real>(k: &Constants<T>, old: (&[T], &[T], &[T]), new: (&[T], &[T], &[T])) -> u32 {
+    let m = new.0.len();
+    let (h0, qx0, qz0) = (&old.0[..m], &old.1[..m], &old.2[..m]);
+    let (h, qx, qz) = (&new.0[..m], &new.1[..m], &new.2[..m]);
+    let (mut alive, mut deep, mut broken) = (0_u32, 0_u32, 0_u32);
+    for c in 0..m {
+        let motion = (qx[c].abs() + qz[c].abs()) + (qx0[c].abs() + qz0[c].abs());
+        alive |= u32::from(motion + (h[c] - h0[c]).abs() > T::ZERO);
+        deep |= u32::from(h[c] >= k.depth_limit);
+        // Written so that NaN counts as broken.
+        broken |= u32::from(!(motion < k.momentum_limit)) | u32::from(!(h[c] >= T::ZERO));
+    }
+    alive * flag::ALIVE | deep * flag::DEEP | broken * flag::BROKEN
 }
 
 /// Momentum of films made consistent with their faded velocity; none where it is dry.

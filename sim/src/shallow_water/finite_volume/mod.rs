@@ -3,11 +3,11 @@
 mod kernels;
 mod tile;
 
-use super::boundary::{self, FarField};
+use super::boundary::Boundary;
+use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
-use super::GRAVITY;
-use crate::scene::description::Boundary;
+use crate::solvers::GRAVITY;
 use kernels::{Constants, flag};
 use rayon::prelude::*;
 use tile::{Extent, HALO, Outcome, Scratch, Sink, Source, TILE_WIDTH};
@@ -28,7 +28,8 @@ pub(crate) struct FiniteVolume<T> {
     layout: Layout,
     spacing: f64,
     boundary: Boundary,
-    far: FarField<T>,
+    /// Height above datum of bed 0, m.
+    base: f64,
     bed: Vec<T>,
     now: Fields<T>,
     next: Fields<T>,
@@ -64,7 +65,7 @@ impl<T: Real> FiniteVolume<T> {
     pub(crate) fn new(
         layout: Layout,
         spacing: f64,
-        boundary: Boundary,
+        edges: Edges,
         start: Quantised<T>,
         film: f64,
         manning: f64,
@@ -73,10 +74,12 @@ impl<T: Real> FiniteVolume<T> {
             fields,
             mut bed,
             quantum,
+            base,
             ..
         } = start;
-        boundary::fill_bed(layout, &boundary, &mut bed);
-        let far = FarField::new(layout, &boundary, &fields.h);
+        let mut boundary = Boundary::new(layout, edges);
+        boundary.fill_bed(&mut bed);
+        boundary.remember(&fields.h);
         let tiles_x = layout.nx.div_ceil(TILE_WIDTH);
         let bands = layout.nz.div_ceil(BAND);
         let fresh = Tile {
@@ -90,7 +93,7 @@ impl<T: Real> FiniteVolume<T> {
             layout,
             spacing,
             boundary,
-            far,
+            base,
             bed,
             next: fields.clone(),
             now: fields,
@@ -137,7 +140,9 @@ impl<T: Real> FiniteVolume<T> {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        7 * self.layout.len() * size_of::<T>() + self.tiles.len() * size_of::<Tile<T>>() + self.far.bytes()
+        7 * self.layout.len() * size_of::<T>()
+            + self.tiles.len() * size_of::<Tile<T>>()
+            + self.boundary.bytes()
     }
 
     fn constants(&self, dt: f64) -> Constants<T> {
@@ -156,8 +161,8 @@ impl<T: Real> FiniteVolume<T> {
     }
 
     /// Fastest signal of the present state, m/s.
-    pub(crate) fn probe(&mut self) -> f64 {
-        self.sweep(0.0).0
+    pub(crate) fn probe(&mut self, time: f64) -> f64 {
+        self.sweep(time, 0.0).0
     }
 
     /// An upper bound of the fastest signal without a sweep, m/s: |u| + 2c of every cell.
@@ -180,7 +185,11 @@ impl<T: Real> FiniteVolume<T> {
         let limit = self.quantum.depth_limit::<T>() * SPEED_LIMIT;
         for j in 0..self.layout.nz {
             for (i, k) in self.layout.row(j).enumerate() {
-                let (h, qx, qz) = (self.next.h[k].to_f64(), self.next.qx[k].to_f64(), self.next.qz[k].to_f64());
+                let (h, qx, qz) = (
+                    self.next.h[k].to_f64(),
+                    self.next.qx[k].to_f64(),
+                    self.next.qz[k].to_f64(),
+                );
                 if !(h >= 0.0) {
                     return Some((i, j, "depth in m", h));
                 }
@@ -198,15 +207,15 @@ impl<T: Real> FiniteVolume<T> {
     pub(crate) fn replace_bed(&mut self, bed: Vec<T>, quantum: Quantum) {
         self.bed = bed;
         self.quantum = quantum;
-        boundary::fill_bed(self.layout, &self.boundary, &mut self.bed);
+        self.boundary.fill_bed(&mut self.bed);
         for tile in &mut self.tiles {
             tile.awake = true;
         }
     }
 
     /// Takes one step of `dt` seconds unless the fastest signal would then cross more than `courant` of a cell.
-    pub(crate) fn try_step(&mut self, dt: f64, courant: f64) -> Result<Stepped, Refusal> {
-        let (speed, flags) = self.sweep(dt);
+    pub(crate) fn try_step(&mut self, time: f64, dt: f64, courant: f64) -> Result<Stepped, Refusal> {
+        let (speed, flags) = self.sweep(time, dt);
         if flags & flag::BROKEN != 0 || !(speed < SPEED_LIMIT) {
             return Err(Refusal::Broken);
         }
@@ -223,17 +232,11 @@ impl<T: Real> FiniteVolume<T> {
     }
 
     /// Steps every tile that is awake from `now` to `next`; the fastest signal and all flags.
-    fn sweep(&mut self, dt: f64) -> (f64, u32) {
+    fn sweep(&mut self, time: f64, dt: f64) -> (f64, u32) {
         let constants = self.constants(dt);
         let layout = self.layout;
-        boundary::fill(
-            layout,
-            &self.boundary,
-            &self.far,
-            constants.gravity,
-            constants.film,
-            &mut self.now,
-        );
+        self.boundary
+            .fill(time + 0.5 * dt, self.base, self.film(), &self.bed, &mut self.now);
         let source = Source {
             h: &self.now.h,
             qx: &self.now.qx,
@@ -262,24 +265,28 @@ impl<T: Real> FiniteVolume<T> {
             jobs.push((sink, tiles, to - from));
         }
         let arch = pulp::Arch::new();
-        jobs.into_par_iter().for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
-            for (t, tile) in tiles.iter_mut().enumerate() {
-                if !tile.awake {
-                    continue;
+        jobs.into_par_iter()
+            .for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
+                for (t, tile) in tiles.iter_mut().enumerate() {
+                    if !tile.awake {
+                        continue;
+                    }
+                    let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
+                    let extent = Extent {
+                        first_column: from + HALO,
+                        columns: to - from,
+                        first_row: sink.first_row,
+                        rows,
+                    };
+                    tile.outcome = arch.dispatch(TileStep {
+                        constants: &constants,
+                        source,
+                        sink: &mut sink,
+                        extent,
+                        scratch,
+                    });
                 }
-                let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
-                let extent = Extent {
-                    first_column: from + HALO,
-                    columns: to - from,
-                    first_row: sink.first_row,
-                    rows,
-                };
-                tile.outcome = arch.dispatch(
-                    #[inline(always)]
-                    || tile::step(&constants, source, &mut sink, extent, scratch),
-                );
-            }
-        });
+            });
         let mut all = (0.0_f64, 0);
         for tile in &self.tiles {
             all.0 = all.0.max(tile.outcome.speed.to_f64());
@@ -292,13 +299,21 @@ impl<T: Real> FiniteVolume<T> {
     /// step would change nothing either, whatever its length.
     fn wake(&mut self) {
         let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
-        let alive: Vec<bool> = self.tiles.iter().map(|t| t.outcome.flags & flag::ALIVE != 0).collect();
+        let driven = self.boundary.drives();
+        let alive: Vec<bool> = self
+            .tiles
+            .iter()
+            .map(|t| t.outcome.flags & flag::ALIVE != 0)
+            .collect();
         for (k, tile) in self.tiles.iter_mut().enumerate() {
             let (i, j) = (k % w, k / w);
             // Neighbours wrap around: right for periodic edges, harmless for others.
-            tile.awake = [w - 1, 0, 1]
-                .into_iter()
-                .any(|di| [h - 1, 0, 1].into_iter().any(|dj| alive[(j + dj) % h * w + (i + di) % w]));
+            tile.awake = driven
+                || [w - 1, 0, 1].into_iter().any(|di| {
+                    [h - 1, 0, 1]
+                        .into_iter()
+                        .any(|dj| alive[(j + dj) % h * w + (i + di) % w])
+                });
         }
     }
 
@@ -338,10 +353,29 @@ impl<T: Real> FiniteVolume<T> {
                 self.now.h[k] = T::from_f64(rounded);
             }
         }
-        boundary::fill_bed(layout, &self.boundary, &mut self.bed);
+        self.boundary.fill_bed(&mut self.bed);
         for tile in &mut self.tiles {
             tile.awake = true;
         }
+    }
+}
+
+/// [`tile::step`] as something that can be compiled for several instruction sets and chosen from at run time. The
+/// results are the same to the bit: no set contracts or reorders an operation.
+struct TileStep<'a, 'b, T> {
+    constants: &'a Constants<T>,
+    source: Source<'a, T>,
+    sink: &'a mut Sink<'b, T>,
+    extent: Extent,
+    scratch: &'a mut Scratch<T>,
+}
+
+impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
+    type Output = Outcome<T>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Outcome<T> {
+        tile::step(self.constants, self.source, self.sink, self.extent, self.scratch)
     }
 }
 

@@ -114,6 +114,9 @@ pub(super) fn step<T: Real>(
             v: &s.velocities[w].v[..n],
         };
         kernels::reconstruct(k, view(r - 1, 0), view(r, 1), view(r + 1, 2), &mut s.cells[2]);
+        if k.friction > T::ZERO {
+            kernels::rub_half(k, view(r, 1), &mut s.cells[2]);
+        }
         if r + 1 < start {
             continue;
         }
@@ -134,7 +137,13 @@ pub(super) fn step<T: Real>(
         }
         s.share.rotate_left(1);
         let [z_oldest, z_before, z_behind] = &mut s.z;
-        let pays = kernels::shares(k, &source.h[span(m)], &s.x[1], (z_before, z_behind), &mut s.share[1]);
+        let pays = kernels::shares(
+            k,
+            &source.h[span(m)],
+            &s.x[1],
+            (z_before, z_behind),
+            &mut s.share[1],
+        );
         short = [short[1], pays];
         if short[1] {
             kernels::drain_x(k, n, &s.share[1], &mut s.x[1]);

@@ -1,0 +1,502 @@
+//! Properties of scene files: nothing panics, whatever is written; what is described round-trips.
+
+use meniscus_sim::glam::{DVec2, Quat, Vec2, Vec3};
+use meniscus_sim::rng::Rng;
+use meniscus_sim::scene::description::*;
+use meniscus_sim::{Channels, Scene};
+use proptest::prelude::*;
+use std::path::{Path, PathBuf};
+
+const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/scenes");
+
+fn corpus() -> Vec<(PathBuf, String)> {
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(SCENES)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == "toml"));
+    paths.sort();
+    paths
+        .into_iter()
+        .map(|p| (p.clone(), std::fs::read_to_string(p).unwrap()))
+        .collect()
+}
+
+/// Reads without the files that the scene names.
+fn parse(text: &str) -> Result<Description, meniscus_sim::scene::SceneError> {
+    Description::from_toml(text, Path::new("scene.toml"), &[])
+}
+
+#[test]
+fn every_scene_of_the_repository_loads_and_round_trips() {
+    let corpus = corpus();
+    assert!(corpus.len() >= 6);
+    for (path, _) in corpus {
+        let scene = Scene::load(&path, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let text = scene.description.to_toml();
+        assert_eq!(parse(&text).unwrap(), scene.description, "{}", path.display());
+        assert_eq!(parse(&text).unwrap().to_toml(), text, "the text is canonical");
+        let again = Scene::from_parts(
+            scene.description.clone(),
+            scene.terrain.clone(),
+            scene.meshes.clone(),
+            scene.sky.clone(),
+            scene.initial_elevation.clone(),
+        );
+        assert_eq!(again.unwrap(), scene, "{}", path.display());
+    }
+}
+
+/// Draws the parts of a description; every value is possible, few are likely.
+struct Draw(Rng);
+
+impl Draw {
+    fn below(&mut self, end: u64) -> u64 {
+        self.0.next_u64() % end
+    }
+
+    fn flip(&mut self) -> bool {
+        self.below(2) == 0
+    }
+
+    /// Any single-precision number in a range, over all its magnitudes.
+    fn number(&mut self, low: f32, high: f32) -> f32 {
+        let v = match self.below(4) {
+            0 => low,
+            1 => high,
+            2 => f32::from_bits(self.0.next_u64() as u32),
+            _ => low + (high - low) * self.0.uniform_f32(),
+        };
+        if v >= low && v <= high {
+            v
+        } else {
+            low + (high - low) * self.0.uniform_f32()
+        }
+    }
+
+    fn any(&mut self) -> f32 {
+        self.number(-1e9, 1e9)
+    }
+
+    fn length(&mut self) -> f32 {
+        self.number(1e-6, 1e9)
+    }
+
+    fn wide(&mut self, low: f64, high: f64) -> f64 {
+        let v = f64::from_bits(self.0.next_u64());
+        if v >= low && v <= high {
+            v
+        } else {
+            low + (high - low) * self.0.uniform()
+        }
+    }
+
+    fn vec2(&mut self) -> Vec2 {
+        Vec2::new(self.any(), self.any())
+    }
+
+    fn vec3(&mut self) -> Vec3 {
+        Vec3::new(self.any(), self.any(), self.any())
+    }
+
+    fn color(&mut self) -> Vec3 {
+        Vec3::new(
+            self.number(0.0, 1.0),
+            self.number(0.0, 1.0),
+            self.number(0.0, 1.0),
+        )
+    }
+
+    fn radiance(&mut self) -> Vec3 {
+        Vec3::new(
+            self.number(0.0, 1e9),
+            self.number(0.0, 1e9),
+            self.number(0.0, 1e9),
+        )
+    }
+
+    fn turn(&mut self) -> Quat {
+        let q = Quat::from_xyzw(
+            self.number(-1.0, 1.0),
+            0.5,
+            self.number(-1.0, 1.0),
+            self.number(-1.0, 1.0),
+        );
+        q.normalize()
+    }
+
+    fn option<T>(&mut self, f: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        if self.flip() { Some(f(self)) } else { None }
+    }
+
+    fn list<T>(&mut self, f: impl Fn(&mut Self, usize) -> T) -> Vec<T> {
+        (0..self.below(4) as usize).map(|k| f(self, k)).collect()
+    }
+
+    /// A text with what texts may hold.
+    fn text(&mut self, k: usize) -> String {
+        let odd = [
+            "",
+            " \"quoted\" ",
+            "\\",
+            "é漢😀",
+            "\n",
+            "'",
+            "#",
+            "\t",
+            "\u{7f}",
+            "\u{1}",
+        ];
+        format!(
+            "t{k}{}{}",
+            odd[self.below(10) as usize],
+            odd[self.below(10) as usize]
+        )
+    }
+
+    fn file(&mut self) -> PathBuf {
+        PathBuf::from(self.text(0))
+    }
+
+    fn description(&mut self) -> Description {
+        Description {
+            name: self.text(0),
+            seed: if self.flip() {
+                self.0.next_u64()
+            } else {
+                self.below(9)
+            },
+            duration: self.wide(1e3, 1e9),
+            domain: Domain {
+                origin: self.option(Self::vec2),
+                size: self.option(|d| Vec2::new(d.length(), d.length())),
+            },
+            water: Water {
+                level: self.any(),
+                initial: self.initial(),
+                index: self.number(1.0, 4.0),
+                absorption: self.radiance(),
+                scattering: self.radiance(),
+            },
+            terrain: self.option(Self::terrain),
+            ground: GroundLook {
+                albedo: self.color(),
+                steep_albedo: self.color(),
+                shore_albedo: self.color(),
+                checker: self.number(0.0, 1e9),
+            },
+            solver: self.solver(),
+            boundary: self.boundary(),
+            objects: self.list(Self::object),
+            light: Light {
+                sun: Some(self.sun()),
+                sky: self.sky(),
+            },
+            cameras: self.list(|d, k| Camera {
+                name: d.text(k),
+                position: d.vec3(),
+                target: Vec3::new(0.5, 0.25, 0.125),
+                fov: d.number(0.1, 179.0),
+                exposure: d.number(-30.0, 30.0),
+            }),
+            events: self.list(|d, _| d.event()),
+            recording: Recording {
+                rate: self.wide(1e-6, 1e-2),
+                channels: self.option(|d| {
+                    Channels::from_bits(d.below(64) as u32)
+                        .unwrap()
+                        .iter()
+                        .map(|(n, _)| n.to_string())
+                        .collect()
+                }),
+                tolerance: self.number(0.0, 1e6),
+            },
+        }
+    }
+
+    fn initial(&mut self) -> Initial {
+        match self.below(4) {
+            0 => Initial::Still,
+            1 => {
+                let min = Vec2::new(self.number(-1e6, 0.0), self.number(-1e6, 0.0));
+                let size = Vec2::new(self.number(1.0, 1e6), self.number(1.0, 1e6));
+                Initial::Dam {
+                    min,
+                    max: size,
+                    level: self.any(),
+                }
+            }
+            2 => Initial::Disturbance {
+                position: self.vec2(),
+                radius: self.length(),
+                height: self.any(),
+            },
+            _ => Initial::Array { file: self.file() },
+        }
+    }
+
+    fn terrain(&mut self) -> Terrain {
+        let (scale, offset) = (self.wide(-1e9, 1e9), self.wide(-1e9, 1e9));
+        let pixel_size = Vec2::new(self.length(), self.length());
+        match self.below(5) {
+            0 => Terrain::Flat { height: self.any() },
+            1 => Terrain::Image {
+                file: self.file(),
+                pixel_size,
+                scale,
+                offset,
+                crop: self.option(|d| [d.below(1 << 32) as u32, 0, 2 + d.below(9) as u32, u32::MAX]),
+                origin: self.vec2(),
+            },
+            2 => Terrain::Npy {
+                file: self.file(),
+                pixel_size,
+                scale,
+                offset,
+                origin: self.vec2(),
+            },
+            3 => Terrain::AsciiGrid {
+                file: self.file(),
+                scale,
+                offset,
+                nodata_height: self.option(|d| d.wide(-1e9, 1e9)),
+                map_origin: self.option(|d| DVec2::new(d.wide(-1e9, 1e9), d.wide(-1e9, 1e9))),
+            },
+            _ => Terrain::Soundings {
+                file: self.file(),
+                coordinates: if self.flip() {
+                    Coordinates::Metres
+                } else {
+                    Coordinates::LongitudeLatitude
+                },
+                spacing: self.length(),
+                scale,
+                offset,
+                map_origin: self.option(|d| DVec2::new(d.wide(-1e9, 1e9), d.wide(-1e9, 1e9))),
+            },
+        }
+    }
+
+    fn solver(&mut self) -> Solver {
+        let spacing = self.length();
+        match self.below(3) {
+            0 => Solver::WaveEquation(WaveEquation {
+                spacing,
+                scheme: if self.flip() {
+                    WaveScheme::Explicit
+                } else {
+                    WaveScheme::Implicit
+                },
+                speed: self.option(|d| d.number(1e-6, 1e6)),
+                depth: self.length(),
+                damping: self.number(0.0, 1e9),
+                step: self.option(Self::length),
+            }),
+            1 => Solver::Procedural(Procedural {
+                spacing,
+                depth: self.option(Self::length),
+                waves: self.list(|d, _| Wave {
+                    amplitude: d.number(0.0, 1.0),
+                    wavelength: d.number(100.0, 1e6),
+                    direction: d.number(-360.0, 360.0),
+                    phase: d.number(-360.0, 360.0),
+                    steepness: d.number(0.0, 1.0),
+                }),
+            }),
+            _ => Solver::ShallowWater(ShallowWater {
+                spacing,
+                scheme: if self.flip() {
+                    ShallowWaterScheme::Auto
+                } else {
+                    ShallowWaterScheme::FiniteVolume
+                },
+                manning: self.number(0.0, 10.0),
+                courant: self.option(|d| d.number(0.01, 0.99)),
+                film_depth: self.option(Self::length),
+            }),
+        }
+    }
+
+    fn boundary(&mut self) -> Boundary {
+        let mut pair = || match self.below(3) {
+            0 => (Edge::Periodic, Edge::Periodic),
+            1 => (Edge::Wall, Edge::Open),
+            _ => (Edge::Open, Edge::Wall),
+        };
+        let ((x_min, x_max), (z_min, z_max)) = (pair(), pair());
+        Boundary {
+            x_min,
+            x_max,
+            z_min,
+            z_max,
+        }
+    }
+
+    fn object(&mut self, k: usize) -> Object {
+        Object {
+            name: format!("{k} {}", self.text(k)),
+            shape: match self.below(4) {
+                0 => Shape::Sphere {
+                    radius: self.length(),
+                },
+                1 => Shape::Box {
+                    size: Vec3::new(self.length(), self.length(), self.length()),
+                },
+                2 => Shape::Cylinder {
+                    radius: self.length(),
+                    height: self.length(),
+                },
+                _ => Shape::Model {
+                    file: self.file(),
+                    scale: self.length(),
+                },
+            },
+            position: self.vec3(),
+            rotation: self.turn(),
+            density: self.number(1e-3, 1e6),
+            motion: match self.below(3) {
+                0 => Motion::Fixed,
+                1 => Motion::Free,
+                _ => Motion::Path {
+                    points: (0..1 + self.below(3))
+                        .map(|n| WayPoint {
+                            time: n as f64 + self.0.uniform() * 0.9,
+                            position: self.vec3(),
+                            rotation: self.turn(),
+                        })
+                        .collect(),
+                },
+            },
+            color: self.option(Self::color),
+        }
+    }
+
+    fn sun(&mut self) -> Sun {
+        Sun {
+            elevation: self.number(0.0, 90.0),
+            azimuth: self.number(-360.0, 360.0),
+            irradiance: self.radiance(),
+            radius: self.number(1e-3, 45.0),
+        }
+    }
+
+    fn sky(&mut self) -> Sky {
+        match self.below(3) {
+            0 => Sky::Uniform {
+                radiance: self.radiance(),
+            },
+            1 => Sky::Picture {
+                file: self.file(),
+                rotation: self.number(-360.0, 360.0),
+                scale: self.number(0.0, 1e9),
+            },
+            _ => Sky::Daylight {
+                turbidity: self.number(1.0, 10.0),
+                scale: self.number(0.0, 1e9),
+            },
+        }
+    }
+
+    fn event(&mut self) -> Event {
+        let (time, position, radius) = (self.wide(0.0, 1e3), self.vec2(), self.length());
+        match self.below(5) {
+            0 => Event::Drop {
+                time,
+                position,
+                radius,
+                volume: self.any(),
+            },
+            1 => Event::Press {
+                time,
+                position,
+                radius,
+                depth: self.any(),
+            },
+            2 => Event::Push {
+                time,
+                position,
+                radius,
+                velocity: Vec2::new(self.number(-9.0, 9.0), 1e6),
+            },
+            3 => Event::Sweep {
+                start: time,
+                end: time + 1.0,
+                from: position,
+                to: self.vec2(),
+                radius,
+                rate: self.number(-1e6, 1e6),
+            },
+            _ => Event::Rain {
+                start: time,
+                end: self.option(|d| time + d.wide(1.0, 9.0)),
+                rate: self.length(),
+                radius,
+                volume: self.length(),
+                adds_water: self.flip(),
+            },
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn descriptions_round_trip(seed: u64) {
+        let description = Draw(Rng::new(seed, 0)).description();
+        let text = description.to_toml();
+        match parse(&text) {
+            Ok(again) => {
+                prop_assert_eq!(&again, &description);
+                prop_assert_eq!(again.to_toml(), text);
+            }
+            Err(e) => return Err(TestCaseError::fail(format!("{e}\n{text}"))),
+        }
+    }
+
+    #[test]
+    fn any_text_is_read_or_refused(text in ".{0,200}") {
+        let _ = parse(&text);
+    }
+
+    #[test]
+    fn toml_like_text_is_read_or_refused(text in "([a-z]{1,4}|\\[|\\]|=|\\.|\"|[0-9]{1,3}|\n| |,|\\{|\\}|#){0,60}") {
+        let _ = parse(&text);
+    }
+
+    #[test]
+    fn mutated_scenes_are_read_or_refused_with_reasons(
+        which in 0_usize..100,
+        edits in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0_usize..4), 1..8),
+    ) {
+        let corpus = corpus();
+        let (_, text) = &corpus[which % corpus.len()];
+        let mut bytes = text.clone().into_bytes();
+        for (at, byte, how) in edits {
+            let at = at.index(bytes.len());
+            match how {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, byte),
+                2 => drop(bytes.remove(at)),
+                _ => bytes.truncate(at.max(1)),
+            }
+        }
+        let text = String::from_utf8_lossy(&bytes);
+        if let Err(error) = parse(&text) {
+            prop_assert!(!error.problems.is_empty());
+            for p in error.problems {
+                prop_assert!(!p.message.is_empty() && !p.remedy.is_empty(), "{p:?}");
+                prop_assert!(p.line.is_none_or(|l| l >= 1 && l as usize <= text.lines().count() + 1), "{p:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn any_override_is_applied_or_refused(key in "[a-z.0-9]{0,20}", value in ".{0,20}") {
+        let (_, text) = corpus().swap_remove(0);
+        let overrides = [format!("{key}={value}")];
+        if let Err(error) = Description::from_toml(&text, Path::new("scene.toml"), &overrides) {
+            prop_assert!(error.problems.iter().any(|p| p.message.contains("--set")), "{error}");
+        }
+    }
+}
