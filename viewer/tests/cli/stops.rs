@@ -232,6 +232,7 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
 #[test]
 fn a_step_that_fails_keeps_the_frames_before() {
     let folder = Folder::new();
+<<<<<<< HEAD
     // Frames a day apart take more sub-steps than any solver takes at once.
     let scene = SCENE.replace("rate = 10.0", "rate = 0.00001").replace("duration = 0.5", "duration = 200000.0");
     folder.write("scene.toml", scene);
@@ -252,4 +253,14 @@ fn an_event_that_cannot_act_keeps_the_frames_before() {
     let recorded = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
     recorded.exits(1).error_says(&["frame 3", "3 frames kept in run.mrec", "`drop`", "volume"]).silent();
     assert_eq!(whole_frames(&folder, "run.mrec"), 3);
+=======
+    // Far above the Courant limit of about 0.02 s.
+    folder.write(
+        "scene.toml",
+        SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"),
+    );
+    let ended = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
+    assert!(matches!(ended.code, Some(1 | 2)), "{}", ended.transcript());
+    ended.error_says(&["step", "0.09", "limit"]).silent();
+>>>>>>> study
 }
