@@ -399,6 +399,10 @@ impl Number for f64 {
     const NAME: &'static str = "<f8";
 }
 
+impl Number for u64 {
+    const NAME: &'static str = "<u8";
+}
+
 mod sealed {
     pub trait Sealed {
         fn write_le(values: &[Self], out: &mut dyn std::io::Write) -> std::io::Result<()>
@@ -422,6 +426,7 @@ mod sealed {
     }
     seal!(f32);
     seal!(f64);
+    seal!(u64);
 }
 
 /// What stands before the elements of an array of this shape; [`write_values`] may then be called as often as it takes.

@@ -1,5 +1,7 @@
 //! What is recorded comes back: every bit without tolerance, within the tolerance else, for every channel.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod recording_common;
 
 use meniscus_sim::glam::UVec2;

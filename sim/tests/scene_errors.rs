@@ -625,6 +625,23 @@ fn a_million_mistakes_are_not_a_million_messages() {
 }
 
 #[test]
+fn hostile_lists_are_bounded() {
+    let bad_turns: String = (0..40_000)
+        .map(|k| format!("[[object]]\nname = \"{k}\"\nshape = {{ kind = \"sphere\", radius = -1 }}\nrotation = {{ axis = 1 }}\n"))
+        .collect();
+    assert_eq!(problems(&(GOOD.to_string() + &bad_turns), &[]).len(), 101);
+    let spheres: String = (0..40_000)
+        .map(|k| format!("[[object]]\nname = \"{k}\"\nshape = {{ kind = \"sphere\", radius = 1 }}\n"))
+        .collect();
+    let found = problems(&(GOOD.to_string() + &spheres), &[]);
+    assert_eq!(found.len(), 1);
+    assert_eq!(
+        (found[0].key.as_str(), found[0].message.as_str()),
+        ("object", "there are 40002 objects")
+    );
+}
+
+#[test]
 fn files_that_cannot_be_used() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);

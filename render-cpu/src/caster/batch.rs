@@ -3,33 +3,17 @@
 //! Stages have no branches that depend on a single ray, so the processor overlaps the rays of a stage, which hides the
 //! latency of loads and divisions. A ray that a stage does not settle is queued for the stage that it needs next.
 
-use super::blocks::{BLOCK, Blocks, PairBounds, WINDOW};
-use super::column::{Columns, Crossing, Side};
-use super::filter::{Strip, between, next};
-use super::surface::Surface;
-use super::walk::Walk;
+use super::blocks::{Blocks, PairBounds};
+use super::column::{Columns, Side};
+use super::filter::Strip;
+use super::route::Route;
+use super::surface::{Layout, Surface};
+use super::walk::Walks;
 use super::{Hit, Ray};
 use fearless_simd::Simd;
 
 /// Rays of a batch.
 pub(crate) const BATCH: usize = 128;
-
-/// Rays that are clipped together.
-const LANES: usize = 8;
-
-/// Where a ray is on its walk.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cursor {
-    /// First column that is not excluded.
-    column: u32,
-    /// First block column of the window, and those of its block columns that are left, as bits.
-    window: u32,
-    blocks: u32,
-    /// First column of the block at hand, and those of its columns that are left, as bits.
-    base: u32,
-    columns: u32,
-    below: bool,
-}
 
 /// Indices of rays that wait for a stage.
 struct Queue {
@@ -64,29 +48,30 @@ impl Queue {
 /// State of one batch, reused for the next.
 pub(crate) struct Batch<'a> {
     surface: &'a Surface,
-    blocks: &'a Blocks,
-    walks: [Walk; BATCH],
+    /// The samples and bounds for walks along Z and along X.
+    axes: [(Layout<'a>, &'a PairBounds); 2],
+    walks: Walks<BATCH>,
     strips: [Strip; BATCH],
-    cursors: [Cursor; BATCH],
+    routes: [Route; BATCH],
+    sides: [Side; BATCH],
     /// Rays that need another window of blocks, have blocks to be looked into, or columns to be solved.
     windows: Queue,
     inside: Queue,
     exact: Queue,
-    found: [Option<Crossing>; BATCH],
 }
 
 impl<'a> Batch<'a> {
     pub(crate) fn new(surface: &'a Surface, blocks: &'a Blocks) -> Self {
         Self {
             surface,
-            blocks,
-            walks: [Walk::default(); BATCH],
+            axes: [false, true].map(|x| (surface.layout(x), blocks.along(x))),
+            walks: Walks::new(),
             strips: [Strip::default(); BATCH],
-            cursors: [Cursor::default(); BATCH],
+            routes: [Route::default(); BATCH],
+            sides: [Side::On; BATCH],
             windows: Queue::new(),
             inside: Queue::new(),
             exact: Queue::new(),
-            found: [None; BATCH],
         }
     }
 
@@ -100,165 +85,98 @@ impl<'a> Batch<'a> {
         t_max: f64,
         hits: &mut [Option<Hit>],
     ) {
-        self.found = [None; BATCH];
-        self.start(rays, t_min, t_max);
+        self.walks.clip(self.surface, rays, t_min, t_max);
+        for (k, (ray, hit)) in rays.iter().zip(hits.iter_mut()).enumerate().take(BATCH) {
+            *hit = None;
+            self.begin(k, ray, hit);
+        }
         while self.windows.len + self.inside.len + self.exact.len > 0 {
             self.look_at_windows(simd);
             self.look_into_blocks(simd);
-            self.solve_columns();
-        }
-        for (k, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            let k = k % BATCH;
-            *hit = self.found[k].map(|crossing| crossing.hit(self.surface, ray, &self.walks[k]));
+            self.solve_columns(rays, hits);
         }
     }
 
-    /// Clips the rays and finds the side of each.
+    /// Finds the side of a ray and queues it.
     #[inline(always)]
-    fn start(&mut self, rays: &[Ray], t_min: f64, t_max: f64) {
-        let nothing = Ray {
-            origin: glam::DVec3::NAN,
-            direction: glam::DVec3::NAN,
+    fn begin(&mut self, k: usize, ray: &Ray, hit: &mut Option<Hit>) {
+        let Some(walk) = self.walks.get(k) else {
+            return;
         };
-        for (group, walks) in rays.chunks(LANES).zip(self.walks.as_chunks_mut::<LANES>().0) {
-            // A ray that is not finite is not valid, so it may fill up the last group.
-            let mut lanes = [nothing; LANES];
-            lanes[..group.len()].copy_from_slice(group);
-            let valid = Walk::clip(self.surface, &lanes, t_min, t_max, walks);
-            for (k, walk) in walks.iter_mut().enumerate() {
-                if valid & (1 << k) == 0 {
-                    walk.end = f64::NEG_INFINITY;
-                }
-            }
-        }
-        for k in 0..rays.len().min(BATCH) {
-            if self.walks[k].end > f64::NEG_INFINITY {
-                self.begin(k);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn begin(&mut self, k: usize) {
-        let walk = &self.walks[k];
-        let layout = self.surface.layout(walk.major_is_x);
-        let mut columns = Columns::new(layout, walk);
-        let (mut column, last) = (walk.first as usize, walk.last as usize);
+        let (layout, _) = self.axes[usize::from(walk.major_is_x)];
+        let mut columns = Columns::new(layout, &walk);
+        let mut column = walk.first;
         // What starts on the surface must find its side first.
         while columns.side == Side::On {
-            self.found[k] = columns.crossing(column);
-            if self.found[k].is_some() || column == last {
+            let found = columns.crossing(column);
+            if found.is_some() || column == walk.last {
+                *hit = found.map(|crossing| crossing.hit(self.surface, ray, &walk));
                 return;
             }
             column = if walk.forward() { column + 1 } else { column - 1 };
         }
-        let below = columns.side == Side::Below;
-        self.strips[k] = Strip::new(walk, below);
-        // A walk of one or two columns is not worth filtering.
-        let short = column.abs_diff(last) < 2;
-        let base = if short { column.min(last) } else { 0 };
-        let bounds = self.blocks.along(walk.major_is_x);
-        let window = bounds.window(column / BLOCK, walk.forward());
-        self.cursors[k] = Cursor {
-            column: column as u32,
-            window: if short {
-                (last / BLOCK) as u32
-            } else {
-                window as u32
-            },
-            blocks: 0,
-            base: base as u32,
-            columns: if short { between(column, last, base) } else { 0 },
-            below,
-        };
+        self.sides[k] = columns.side;
+        self.strips[k] = Strip::new(&walk, columns.side == Side::Below);
+        self.routes[k] = Route::new(&walk, column);
+        let short = self.routes[k].is_short();
         self.exact.push_if(k as u8, short);
         self.windows.push_if(k as u8, !short);
-    }
-
-    /// Queues a ray whose block and columns are done with for whatever is left of its walk.
-    #[inline(always)]
-    fn resume(&mut self, k: u8, bounds: &PairBounds) {
-        let walk = &self.walks[usize::from(k) % BATCH];
-        let cursor = &mut self.cursors[usize::from(k) % BATCH];
-        let more = cursor.blocks != 0;
-        // Beyond this window?
-        let last = walk.last / BLOCK as u32;
-        let is_last = last.wrapping_sub(cursor.window) < WINDOW as u32;
-        let forward = walk.forward();
-        let block = if forward {
-            cursor.window + WINDOW as u32
-        } else {
-            cursor.window.wrapping_sub(1)
-        };
-        if !more && !is_last {
-            cursor.window = bounds.window(block as usize, forward) as u32;
-            cursor.column = if forward {
-                block * BLOCK as u32
-            } else {
-                block * BLOCK as u32 + (BLOCK as u32 - 1)
-            };
-        }
-        self.inside.push_if(k, more);
-        self.windows.push_if(k, !more & !is_last);
     }
 
     #[inline(always)]
     fn look_at_windows<S: Simd>(&mut self, simd: S) {
         let (rays, len) = self.windows.take();
-        for &k in &rays[..len.min(BATCH)] {
-            let i = usize::from(k) % BATCH;
-            let walk = &self.walks[i];
-            let bounds = self.blocks.along(walk.major_is_x);
-            let cursor = &mut self.cursors[i];
-            let window = cursor.window as usize;
-            let places = between(cursor.column as usize / BLOCK, walk.last as usize / BLOCK, window);
-            cursor.blocks = self.strips[i].block_columns(simd, bounds, window) & places;
-            self.resume(k, bounds);
+        for &ray in &rays[..len.min(BATCH)] {
+            let k = usize::from(ray) % BATCH;
+            let (_, bounds) = self.axes[usize::from(self.walks.major_is_x(k))];
+            let route = &mut self.routes[k];
+            route.set_blocks(self.strips[k].block_columns(simd, bounds, route.window()));
+            let look_inside = route.has_blocks();
+            self.inside.push_if(ray, look_inside);
+            self.windows.push_if(ray, !look_inside && route.next_window());
         }
     }
 
     #[inline(always)]
     fn look_into_blocks<S: Simd>(&mut self, simd: S) {
         let (rays, len) = self.inside.take();
-        for &k in &rays[..len.min(BATCH)] {
-            let i = usize::from(k) % BATCH;
-            let walk = &self.walks[i];
-            let bounds = self.blocks.along(walk.major_is_x);
-            let layout = self.surface.layout(walk.major_is_x);
-            let cursor = &mut self.cursors[i];
-            let block = cursor.window as usize + next(&mut cursor.blocks, walk.forward());
-            let base = block * BLOCK;
-            let places = between(cursor.column as usize, walk.last as usize, base);
-            cursor.base = base as u32;
-            cursor.columns = self.strips[i].columns(simd, bounds, &layout, block) & places;
-            if cursor.columns != 0 {
-                self.exact.push_if(k, true);
-            } else {
-                self.resume(k, bounds);
-            }
+        for &ray in &rays[..len.min(BATCH)] {
+            let k = usize::from(ray) % BATCH;
+            let (layout, bounds) = &self.axes[usize::from(self.walks.major_is_x(k))];
+            let route = &mut self.routes[k];
+            let (block, in_walk) = route.next_block();
+            route.set_columns(self.strips[k].columns(simd, bounds, layout, block) & in_walk);
+            self.queue(ray);
         }
     }
 
     #[inline(always)]
-    fn solve_columns(&mut self) {
-        let (rays, len) = self.exact.take();
-        for &k in &rays[..len.min(BATCH)] {
-            let i = usize::from(k) % BATCH;
-            let walk = &self.walks[i];
-            let layout = self.surface.layout(walk.major_is_x);
-            let cursor = &mut self.cursors[i];
-            let column = cursor.base as usize + next(&mut cursor.columns, walk.forward());
-            let side = if cursor.below { Side::Below } else { Side::Above };
-            let found = Columns::on_side(layout, walk, side).crossing(column);
-            self.found[i] = found;
-            if found.is_some() {
+    fn solve_columns(&mut self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        let (queued, len) = self.exact.take();
+        for &ray in &queued[..len.min(BATCH)] {
+            let k = usize::from(ray) % BATCH;
+            let (Some(walk), Some(source), Some(hit)) = (self.walks.get(k), rays.get(k), hits.get_mut(k))
+            else {
                 continue;
-            }
-            if cursor.columns != 0 {
-                self.exact.push_if(k, true);
-            } else {
-                self.resume(k, self.blocks.along(walk.major_is_x));
+            };
+            let (layout, _) = self.axes[usize::from(walk.major_is_x)];
+            let column = self.routes[k].next_column();
+            match Columns::on_side(layout, &walk, self.sides[k]).crossing(column) {
+                Some(crossing) => *hit = Some(crossing.hit(self.surface, source, &walk)),
+                None => self.queue(ray),
             }
         }
+    }
+
+    /// Queues a ray for what is left of its route.
+    #[inline(always)]
+    fn queue(&mut self, ray: u8) {
+        let route = &mut self.routes[usize::from(ray) % BATCH];
+        let solve = route.has_columns();
+        let look = !solve & route.has_blocks();
+        self.exact.push_if(ray, solve);
+        self.inside.push_if(ray, look);
+        self.windows
+            .push_if(ray, !solve & !look && !route.is_short() && route.next_window());
     }
 }

@@ -14,14 +14,15 @@ pub(crate) const BLOCK: usize = 8;
 /// Block columns that are tested at once.
 pub(crate) const WINDOW: usize = 8;
 
-/// Bounds for the walks along one axis. Entries are `row · columns + column`; `row` covers block rows `row` and `row + 1`.
+/// Bounds for the walks along one axis. An entry covers block rows `row` and `row + 1`; the entries of a row stand side by
+/// side, with room on both sides for windows that reach beyond the grid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairBounds {
-    /// Block columns, at least [`WINDOW`]; those beyond the grid hold −∞, which no ray reaches.
-    pub(crate) columns: usize,
+    /// From one block row to the next.
+    pub(crate) stride: u32,
     /// Block rows.
-    pub(crate) rows: usize,
-    /// No point of the surface is above this, and none of its mirror image −h above the second: metres.
+    pub(crate) rows: u32,
+    /// No point of the surface is above the first, and none of its mirror image −h above the second: metres.
     pub(crate) ceiling: [Vec<f32>; 2],
     /// How far the surface leaves its chord between the two lines of a column, along any walk: metres.
     pub(crate) bulge: Vec<f32>,
@@ -54,10 +55,8 @@ impl Blocks {
     /// Measures the samples and sets the surface's extremes. Returns whether all samples are finite; if not, the bounds are
     /// unspecified. Allocates nothing if the size is unchanged.
     pub(crate) fn rebuild(&mut self, elevation: &Grid<f32>, surface: &mut Surface) -> bool {
-        let (nx, nz) = (
-            surface.cells_x().div_ceil(BLOCK),
-            surface.cells_z().div_ceil(BLOCK),
-        );
+        let blocks = |cells: u32| cells.div_ceil(BLOCK as u32) as usize;
+        let (nx, nz) = (blocks(surface.cells_x()), blocks(surface.cells_z()));
         self.along_x.resize(nx, nz);
         self.along_z.resize(nz, nx);
         self.single.resize(nx * nz, [0.0; 4]);
@@ -136,41 +135,37 @@ impl Pads {
 }
 
 impl PairBounds {
-    /// The first block column of the window that begins with `block` in the order of travel.
+    /// Entries on either side of a row.
+    const MARGIN: u32 = WINDOW as u32 - 1;
+
+    /// Where block column `column` stands within its row.
     #[inline(always)]
-    pub(crate) fn window(&self, block: usize, forward: bool) -> usize {
-        if forward {
-            block.min(self.columns - WINDOW)
-        } else {
-            block.saturating_sub(WINDOW - 1)
-        }
+    pub(crate) fn place(&self, column: u32) -> u32 {
+        column + Self::MARGIN
     }
 
     fn resize(&mut self, columns: usize, rows: usize) {
-        self.columns = columns.max(WINDOW);
-        self.rows = rows;
-        let len = self.columns * rows;
+        self.stride = columns as u32 + 2 * Self::MARGIN;
+        self.rows = rows as u32;
+        let len = self.stride as usize * rows;
         let [above, below] = &mut self.ceiling;
         for values in [above, below, &mut self.bulge] {
-            values.resize(len, f32::NEG_INFINITY);
+            values.clear();
+            values.resize(len, 0.0);
         }
     }
 
     fn fill(&mut self, pads: Pads, block: impl Fn(usize, usize) -> [f32; 4], columns: usize) {
+        let rows = self.rows as usize;
         let [above, below] = &mut self.ceiling;
-        for row in 0..self.rows {
-            let next = (row + 1).min(self.rows - 1);
-            let at = row * self.columns;
-            for column in 0..self.columns {
-                let k = at + column;
-                if column < columns {
-                    let (a, b) = (block(column, row), block(column, next));
-                    above[k] = a[0].max(b[0]) + pads.ceiling;
-                    below[k] = a[1].max(b[1]) + pads.ceiling;
-                    self.bulge[k] = a[2].max(b[2]) + pads.bulge;
-                } else {
-                    (above[k], below[k], self.bulge[k]) = (f32::NEG_INFINITY, f32::NEG_INFINITY, 0.0);
-                }
+        for row in 0..rows {
+            let next = (row + 1).min(rows - 1);
+            let first = row * self.stride as usize + Self::MARGIN as usize;
+            for column in 0..columns {
+                let (a, b) = (block(column, row), block(column, next));
+                above[first + column] = a[0].max(b[0]) + pads.ceiling;
+                below[first + column] = a[1].max(b[1]) + pads.ceiling;
+                self.bulge[first + column] = a[2].max(b[2]) + pads.bulge;
             }
         }
     }

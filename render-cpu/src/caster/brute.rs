@@ -30,9 +30,12 @@ impl BruteForce {
     }
 
     /// Smallest root within a cell.
-    fn cell(&self, local: &Local, i: usize, j: usize, t_min: f64, t_max: f64) -> Option<f64> {
+    fn cell(&self, local: &Local, i: u32, j: u32, t_min: f64, t_max: f64) -> Option<f64> {
         let (mut t0, mut t1) = (t_min, t_max);
-        for (p, d, low) in [(local.x, local.dx, i as f64), (local.z, local.dz, j as f64)] {
+        for (p, d, low) in [
+            (local.x, local.dx, f64::from(i)),
+            (local.z, local.dz, f64::from(j)),
+        ] {
             if d == 0.0 {
                 if p < low || p > low + 1.0 {
                     return None;
@@ -52,8 +55,8 @@ impl BruteForce {
                 // h = a + (b − a) u + (c − a) v + k u v with u, v linear in τ = t − t0.
                 let k = (a - b) - (c - d);
                 let (u, v) = (
-                    local.x + local.dx * t0 - i as f64,
-                    local.z + local.dz * t0 - j as f64,
+                    local.x + local.dx * t0 - f64::from(i),
+                    local.z + local.dz * t0 - f64::from(j),
                 );
                 let height = a + (b - a) * u + (c - a) * v + k * u * v;
                 let constant = local.y + local.dy * t0 - height;
@@ -63,7 +66,7 @@ impl BruteForce {
                 first_in(quadratic, linear, constant, t0, t1, local.slack())
             }
             Patch::Triangles => {
-                let (u, v) = (local.x - i as f64, local.z - j as f64);
+                let (u, v) = (local.x - f64::from(i), local.z - f64::from(j));
                 let lower = (b - a, d - b, 1.0);
                 let upper = (d - c, c - a, -1.0);
                 [lower, upper]
@@ -137,7 +140,7 @@ impl Caster for BruteForce {
             dz: ray.direction.z / spacing,
             dy: ray.direction.y,
         };
-        let mut best: Option<(f64, usize, usize)> = None;
+        let mut best: Option<(f64, u32, u32)> = None;
         for j in 0..self.surface.cells_z() {
             for i in 0..self.surface.cells_x() {
                 if let Some(t) = self.cell(&local, i, j, t_min, t_max)
@@ -149,15 +152,16 @@ impl Caster for BruteForce {
         }
         let (t, i, j) = best?;
         let (u, v) = (
-            local.x + local.dx * t - i as f64,
-            local.z + local.dz * t - j as f64,
+            local.x + local.dx * t - f64::from(i),
+            local.z + local.dz * t - f64::from(j),
         );
         let point = ray.at(t);
+        let (height, normal) = self.surface.height_and_normal(i, j, u, v);
         Some(Hit {
             t,
-            position: DVec3::new(point.x, self.surface.height(i, j, u, v), point.z),
-            normal: self.surface.normal(i, j, u, v),
-            cell: (i as u32, j as u32),
+            position: DVec3::new(point.x, height, point.z),
+            normal,
+            cell: (i, j),
         })
     }
 

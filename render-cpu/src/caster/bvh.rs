@@ -38,10 +38,14 @@ impl TriangleBvh {
         Ok(bvh)
     }
 
-    fn corner(&self, i: usize, j: usize) -> Vec3A {
+    fn corner(&self, i: u32, j: u32) -> Vec3A {
         let spacing = self.surface.spacing();
         let y = self.surface.sample(i, j) as f32;
-        Vec3A::new((i as f64 * spacing) as f32, y, (j as f64 * spacing) as f32)
+        Vec3A::new(
+            (f64::from(i) * spacing) as f32,
+            y,
+            (f64::from(j) * spacing) as f32,
+        )
     }
 }
 
@@ -54,7 +58,8 @@ impl Caster for TriangleBvh {
         self.bvh = None;
         self.surface.copy_from(elevation)?;
         self.surface.measure(elevation)?;
-        let mut triangles = Vec::with_capacity(2 * self.surface.cells_x() * self.surface.cells_z());
+        let mut triangles =
+            Vec::with_capacity(2 * self.surface.cells_x() as usize * self.surface.cells_z() as usize);
         for j in 0..self.surface.cells_z() {
             for i in 0..self.surface.cells_x() {
                 let [a, b] = [self.corner(i, j), self.corner(i + 1, j)];
@@ -94,7 +99,7 @@ impl Caster for TriangleBvh {
         if !bvh.ray_traverse(query, &mut found, |ray, id| self.triangles[id].intersect(ray)) {
             return None;
         }
-        let triangle = bvh.primitive_indices[found.primitive_id as usize] as usize / 2;
+        let triangle = bvh.primitive_indices[found.primitive_id as usize] / 2;
         let (i, j) = (
             triangle % self.surface.cells_x(),
             triangle / self.surface.cells_x(),
@@ -102,12 +107,13 @@ impl Caster for TriangleBvh {
         let t = f64::from(found.t);
         let point = ray.at(t);
         let p = self.surface.to_grid(point.x, point.z);
-        let (u, v) = (p.x - i as f64, p.y - j as f64);
+        let (u, v) = (p.x - f64::from(i), p.y - f64::from(j));
+        let (height, normal) = self.surface.height_and_normal(i, j, u, v);
         Some(Hit {
             t,
-            position: DVec3::new(point.x, self.surface.height(i, j, u, v), point.z),
-            normal: self.surface.normal(i, j, u, v),
-            cell: (i as u32, j as u32),
+            position: DVec3::new(point.x, height, point.z),
+            normal,
+            cell: (i, j),
         })
     }
 

@@ -6,7 +6,7 @@
 //! slip between them.
 
 use super::surface::{Layout, Patch, Surface, lerp};
-use super::walk::{Walk, cell};
+use super::walk::{Walk, cell, larger, smaller};
 use super::{Hit, Ray};
 use glam::DVec3;
 
@@ -20,34 +20,84 @@ pub(crate) enum Side {
     On,
 }
 
+/// The four samples of a cell in the order of travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Quad {
+    /// At the line where the ray enters the column: the lower and the upper along the minor axis.
+    near: [f64; 2],
+    /// At the line where it leaves.
+    far: [f64; 2],
+}
+
+impl Quad {
+    /// Coefficient of `u v` in the bilinear patch.
+    #[inline(always)]
+    fn twist(&self) -> f64 {
+        (self.near[0] - self.far[0]) - (self.near[1] - self.far[1])
+    }
+
+    /// Height, and its slopes along `u` (in the direction of travel) and `v` (along the minor axis).
+    ///
+    /// `backward` says whether `u` runs against the major axis, on which the diagonal of two triangles depends.
+    #[inline(always)]
+    fn sample(&self, patch: Patch, backward: bool, u: f64, v: f64) -> (f64, f64, f64) {
+        let ([a, c], [b, d]) = (self.near, self.far);
+        match patch {
+            Patch::Bilinear => (
+                lerp(lerp(a, b, u), lerp(c, d, u), v),
+                lerp(b - a, d - c, v),
+                lerp(c - a, d - b, u),
+            ),
+            Patch::Triangles if backward && 1.0 - u >= v => {
+                (b + (a - b) * (1.0 - u) + (c - a) * v, b - a, c - a)
+            }
+            Patch::Triangles if backward => (b + (c - d) * (1.0 - u) + (d - b) * v, d - c, d - b),
+            Patch::Triangles if u >= v => (a + (b - a) * u + (d - b) * v, b - a, d - b),
+            Patch::Triangles => (a + (d - c) * u + (c - a) * v, d - c, c - a),
+        }
+    }
+}
+
 /// A hit before its position and normal are worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossing {
     pub(crate) t: f64,
     /// Cell along the major and the minor axis.
-    pub(crate) major: usize,
-    pub(crate) minor: usize,
+    major: u32,
+    minor: u32,
+    quad: Quad,
 }
 
 impl Crossing {
     /// What a caller is told.
     #[inline(always)]
     pub(crate) fn hit(&self, surface: &Surface, ray: &Ray, walk: &Walk) -> Hit {
-        let u = walk.major.at(self.t) - self.major as f64;
-        let v = walk.minor.at(self.t) - self.minor as f64;
-        let (i, j, u, v) = if walk.major_is_x {
-            (self.major, self.minor, u, v)
+        let backward = !walk.forward();
+        let u = ahead(walk, self.major, self.t);
+        let v = walk.minor.at(self.t) - f64::from(self.minor);
+        let (height, along, across) = self.quad.sample(surface.patch, backward, u, v);
+        let along = if backward { -along } else { along };
+        let (i, j, x, z) = if walk.major_is_x {
+            (self.major, self.minor, along, across)
         } else {
-            (self.minor, self.major, v, u)
+            (self.minor, self.major, across, along)
         };
         let point = ray.at(self.t);
+        let normal = DVec3::new(-x, surface.spacing(), -z).normalize();
         Hit {
             t: self.t,
-            position: DVec3::new(point.x, surface.height(i, j, u, v), point.z),
-            normal: surface.normal(i, j, u, v),
-            cell: (i as u32, j as u32),
+            position: DVec3::new(point.x, height, point.z),
+            normal,
+            cell: (i, j),
         }
     }
+}
+
+/// How far the ray is within column `major` at `t`, in the direction of travel.
+#[inline(always)]
+fn ahead(walk: &Walk, major: u32, t: f64) -> f64 {
+    let within = walk.major.at(t) - f64::from(major);
+    if walk.forward() { within } else { 1.0 - within }
 }
 
 /// The exact solver for the columns of one walk.
@@ -81,8 +131,9 @@ impl<'a> Columns<'a> {
             side: walk.enters,
         };
         if columns.side == Side::On {
-            let minor = cell(walk.minor.at(walk.start), layout.minor_cells);
-            let above = columns.inside(walk.first as usize, minor, walk.start);
+            let row = cell(walk.minor.at(walk.start), layout.minor_cells);
+            let quad = columns.quad(walk.first, row);
+            let above = columns.inside(&quad, walk.first, row, walk.start);
             if above > walk.rounding {
                 columns.side = Side::Above;
             } else if above < -walk.rounding {
@@ -95,15 +146,12 @@ impl<'a> Columns<'a> {
     /// The first crossing in the column `major`. Columns must be asked in the order of travel; those that certainly
     /// hold no crossing may be left out once the side is known.
     #[inline(always)]
-    pub(crate) fn crossing(&mut self, major: usize) -> Option<Crossing> {
-        let walk = self.walk;
-        let forward = usize::from(walk.forward());
+    pub(crate) fn crossing(&mut self, major: u32) -> Option<Crossing> {
+        let (walk, layout) = (self.walk, self.layout);
+        let forward = u32::from(walk.forward());
         let (near, far) = (major + 1 - forward, major + forward);
-        let (is_first, is_last) = (major == walk.first as usize, major == walk.last as usize);
-        let within = |t: f64| {
-            let t = if t > walk.start { t } else { walk.start };
-            if t < walk.end { t } else { walk.end }
-        };
+        let (is_first, is_last) = (major == walk.first, major == walk.last);
+        let within = |t: f64| smaller(larger(t, walk.start), walk.end);
         let t_near = if is_first {
             walk.start
         } else {
@@ -114,74 +162,94 @@ impl<'a> Columns<'a> {
         } else {
             within(walk.major.time(far))
         };
-        let row_near = cell(walk.minor.at(t_near), self.layout.minor_cells);
-        let row_far = cell(walk.minor.at(t_far), self.layout.minor_cells);
+        let (z_near, z_far) = (walk.minor.at(t_near), walk.minor.at(t_far));
+        let (mut row, row_far) = (cell(z_near, layout.minor_cells), cell(z_far, layout.minor_cells));
 
+        let (near, far) = (layout.along.place(near), layout.along.place(far));
+        let on_line = |row: u32| {
+            let across = layout.across.place(row);
+            [layout.at(near + across), layout.at(far + across)]
+        };
+        let quad = |[a, b]: [f64; 2], [c, d]: [f64; 2]| Quad {
+            near: [a, c],
+            far: [b, d],
+        };
+        let (mut below, mut above) = (on_line(row), on_line(row + 1));
+        let mut cell = quad(below, above);
         let f = if is_first {
-            self.inside(major, row_near, t_near)
+            self.inside(&cell, major, row, t_near)
         } else {
-            self.on_line(near, row_near, t_near)
+            walk.height(t_near) - lerp(cell.near[0], cell.near[1], z_near - f64::from(row))
         };
         let mut from = Place { t: t_near, f };
-        let mut row = row_near;
         // At most one crossing, but rounding at 45° can make two of it.
         while row != row_far {
-            let (line, next) = if row_far > row {
-                (row + 1, row + 1)
-            } else {
-                (row, row - 1)
-            };
-            let t = walk.minor.time(line).max(from.t).min(t_far);
-            let to = Place {
-                t,
-                f: self.on_row(major, line, t),
-            };
-            let found = self.segment(major, row, from, to);
-            if found.is_some() {
-                return found;
+            let up = row_far > row;
+            let line = if up { row + 1 } else { row };
+            let t = smaller(larger(walk.minor.time(line), from.t), t_far);
+            let shared = if up { above } else { below };
+            let f = walk.height(t) - lerp(shared[0], shared[1], ahead(walk, major, t));
+            let to = Place { t, f };
+            if let Some(t) = self.segment(&cell, major, row, from, to) {
+                return Some(Crossing {
+                    t,
+                    major,
+                    minor: row,
+                    quad: cell,
+                });
             }
-            (from, row) = (to, next);
+            row = if up { row + 1 } else { row - 1 };
+            let next = on_line(if up { row + 1 } else { row });
+            (below, above) = if up { (shared, next) } else { (next, shared) };
+            cell = quad(below, above);
+            from = to;
         }
         let f = if is_last {
-            self.inside(major, row, t_far)
+            self.inside(&cell, major, row, t_far)
         } else {
-            self.on_line(far, row, t_far)
+            walk.height(t_far) - lerp(cell.far[0], cell.far[1], z_far - f64::from(row))
         };
-        self.segment(major, row, from, Place { t: t_far, f })
+        let t = self.segment(&cell, major, row, from, Place { t: t_far, f })?;
+        Some(Crossing {
+            t,
+            major,
+            minor: row,
+            quad: cell,
+        })
     }
 
-    /// The first crossing between two places within one cell.
+    /// When the ray first meets the surface between two places within one cell.
     #[inline(always)]
-    fn segment(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<Crossing> {
-        let t = match self.layout.patch {
+    fn segment(&mut self, quad: &Quad, major: u32, minor: u32, from: Place, to: Place) -> Option<f64> {
+        match self.layout.patch {
             Patch::Bilinear => {
-                let [h00, h10, h01, h11] = self.corners(major, minor);
-                let twist = (h00 - h10) - (h01 - h11);
-                let (du, dv) = (
-                    self.walk.major.step * (to.t - from.t),
-                    self.walk.minor.step * (to.t - from.t),
-                );
-                self.piece(from, to, twist * du * dv)
+                let span = to.t - from.t;
+                let (du, dv) = (self.walk.major.step.abs() * span, self.walk.minor.step * span);
+                self.piece(from, to, quad.twist() * du * dv)
             }
-            Patch::Triangles => self.two_triangles(major, minor, from, to),
-        }?;
-        Some(Crossing { t, major, minor })
+            Patch::Triangles => self.two_triangles(quad, major, minor, from, to),
+        }
     }
 
     /// As [`Self::segment`] where the diagonal, on which both coordinates within the cell are equal, may lie between.
-    fn two_triangles(&mut self, major: usize, minor: usize, from: Place, to: Place) -> Option<f64> {
+    #[inline(never)]
+    fn two_triangles(&mut self, quad: &Quad, major: u32, minor: u32, from: Place, to: Place) -> Option<f64> {
         let walk = self.walk;
-        let gap = |t: f64| (walk.major.at(t) - major as f64) - (walk.minor.at(t) - minor as f64);
+        let gap = |t: f64| (walk.major.at(t) - f64::from(major)) - (walk.minor.at(t) - f64::from(minor));
         let (a, b) = (gap(from.t), gap(to.t));
         if (a > 0.0) == (b > 0.0) {
             return self.piece(from, to, 0.0);
         }
-        let t = lerp(from.t, to.t, a / (a - b)).max(from.t).min(to.t);
-        let u = walk.major.at(t) - major as f64;
-        let [h00, _, _, h11] = self.corners(major, minor);
+        let t = smaller(larger(lerp(from.t, to.t, a / (a - b)), from.t), to.t);
+        let u = walk.major.at(t) - f64::from(major);
+        let (first, last) = if walk.forward() {
+            (quad.near[0], quad.far[1])
+        } else {
+            (quad.far[0], quad.near[1])
+        };
         let between = Place {
             t,
-            f: walk.height(t) - lerp(h00, h11, u),
+            f: walk.height(t) - lerp(first, last, u),
         };
         self.piece(from, between, 0.0)
             .or_else(|| self.piece(between, to, 0.0))
@@ -191,9 +259,11 @@ impl<'a> Columns<'a> {
     #[inline(always)]
     fn piece(&mut self, from: Place, to: Place, c: f64) -> Option<f64> {
         let s = match self.side {
-            Side::Above => first_root(from.f, to.f, c),
-            Side::Below => first_root(-from.f, -to.f, -c),
             Side::On => self.leave(to.f, c),
+            side => {
+                let mirror = if side == Side::Below { -1.0 } else { 1.0 };
+                first_root(mirror * from.f, mirror * to.f, mirror * c)
+            }
         }?;
         Some(lerp(from.t, to.t, s))
     }
@@ -216,53 +286,25 @@ impl<'a> Columns<'a> {
         (slope.abs() > rounding && s > 0.0 && s <= 1.0).then_some(s)
     }
 
-    /// The samples of a cell: `[h00, h10, h01, h11]`, the first index along the major axis.
+    /// The samples of a cell.
     #[inline(always)]
-    fn corners(&self, major: usize, minor: usize) -> [f64; 4] {
-        [
-            self.layout.sample(major, minor),
-            self.layout.sample(major + 1, minor),
-            self.layout.sample(major, minor + 1),
-            self.layout.sample(major + 1, minor + 1),
-        ]
-    }
-
-    /// Height of the ray above the surface at `t`, on the line between two columns.
-    #[inline(always)]
-    fn on_line(&self, line: usize, row: usize, t: f64) -> f64 {
-        let v = self.walk.minor.at(t) - row as f64;
-        self.walk.height(t)
-            - lerp(
-                self.layout.sample(line, row),
-                self.layout.sample(line, row + 1),
-                v,
-            )
-    }
-
-    /// Height of the ray above the surface at `t`, on the line between two rows.
-    #[inline(always)]
-    fn on_row(&self, column: usize, line: usize, t: f64) -> f64 {
-        let u = self.walk.major.at(t) - column as f64;
-        self.walk.height(t)
-            - lerp(
-                self.layout.sample(column, line),
-                self.layout.sample(column + 1, line),
-                u,
-            )
+    fn quad(&self, major: u32, minor: u32) -> Quad {
+        let layout = &self.layout;
+        let forward = u32::from(self.walk.forward());
+        let on_line = |line: u32| [layout.sample(line, minor), layout.sample(line, minor + 1)];
+        Quad {
+            near: on_line(major + 1 - forward),
+            far: on_line(major + forward),
+        }
     }
 
     /// Height of the ray above the surface at `t`, within a cell.
     #[inline(always)]
-    fn inside(&self, major: usize, minor: usize, t: f64) -> f64 {
-        let u = self.walk.major.at(t) - major as f64;
-        let v = self.walk.minor.at(t) - minor as f64;
-        let [a, b, c, d] = self.corners(major, minor);
-        let height = match self.layout.patch {
-            Patch::Bilinear => lerp(lerp(a, b, u), lerp(c, d, u), v),
-            Patch::Triangles if u >= v => a + (b - a) * u + (d - b) * v,
-            Patch::Triangles => a + (d - c) * u + (c - a) * v,
-        };
-        self.walk.height(t) - height
+    fn inside(&self, quad: &Quad, major: u32, minor: u32, t: f64) -> f64 {
+        let walk = self.walk;
+        let v = walk.minor.at(t) - f64::from(minor);
+        let (height, ..) = quad.sample(self.layout.patch, !walk.forward(), ahead(walk, major, t), v);
+        walk.height(t) - height
     }
 }
 

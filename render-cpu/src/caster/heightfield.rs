@@ -1,11 +1,12 @@
 //! The caster of choice: building it and asking it.
 
 use super::batch::{BATCH, Batch};
-use super::blocks::{BLOCK, Blocks, WINDOW};
+use super::blocks::Blocks;
 use super::column::{Columns, Crossing, Side};
-use super::filter::{Strip, between, next};
+use super::filter::Strip;
+use super::route::Route;
 use super::surface::{HeightfieldError, Patch, Surface};
-use super::walk::Walk;
+use super::walk::{Walk, cell};
 use super::{Caster, Hit, Ray};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
@@ -96,13 +97,13 @@ impl Heightfield {
     /// Height of the surface in metres at world `x`, `z`; `None` outside the grid.
     pub fn height(&self, x: f64, z: f64) -> Option<f64> {
         let ((i, j), (u, v)) = self.locate(x, z)?;
-        Some(self.surface.height(i, j, u, v))
+        Some(self.surface.height_and_normal(i, j, u, v).0)
     }
 
     /// Upward unit normal of the patch at world `x`, `z`: exact, and discontinuous from cell to cell. `None` outside.
     pub fn normal(&self, x: f64, z: f64) -> Option<DVec3> {
         let ((i, j), (u, v)) = self.locate(x, z)?;
-        Some(self.surface.normal(i, j, u, v))
+        Some(self.surface.height_and_normal(i, j, u, v).1)
     }
 
     /// Upward unit normal for shading at world `x`, `z`: continuous across cells, from slopes by central differences at
@@ -113,54 +114,57 @@ impl Heightfield {
         Some(self.surface.smooth_normal(i, j, u, v))
     }
 
-    fn locate(&self, x: f64, z: f64) -> Option<((usize, usize), (f64, f64))> {
+    fn locate(&self, x: f64, z: f64) -> Option<((u32, u32), (f64, f64))> {
         let p = self.surface.to_grid(x, z);
         let (cells_x, cells_z) = (self.surface.cells_x(), self.surface.cells_z());
-        let inside = |p: f64, cells: usize| cells > 0 && p >= 0.0 && p <= cells as f64;
+        let inside = |p: f64, cells: u32| cells > 0 && p >= 0.0 && p <= f64::from(cells);
         if !inside(p.x, cells_x) || !inside(p.y, cells_z) {
             return None;
         }
-        let (i, j) = ((p.x as usize).min(cells_x - 1), (p.y as usize).min(cells_z - 1));
-        Some(((i, j), (p.x - i as f64, p.y - j as f64)))
+        let (i, j) = (cell(p.x, cells_x), cell(p.y, cells_z));
+        Some(((i, j), (p.x - f64::from(i), p.y - f64::from(j))))
     }
 
     #[inline(always)]
     fn crossing<S: Simd>(&self, simd: S, walk: &Walk) -> Option<Crossing> {
         let layout = self.surface.layout(walk.major_is_x);
         let mut columns = Columns::new(layout, walk);
-        let forward = walk.forward();
-        let (mut column, last) = (walk.first as usize, walk.last as usize);
-        // A walk of one or two columns is not worth filtering, and one that starts on the surface must find its side first.
-        while columns.side == Side::On || column.abs_diff(last) < 2 {
-            if let Some(found) = columns.crossing(column) {
-                return Some(found);
+        let mut column = walk.first;
+        // What starts on the surface must find its side first.
+        while columns.side == Side::On {
+            let found = columns.crossing(column);
+            if found.is_some() || column == walk.last {
+                return found;
             }
-            if column == last {
-                return None;
+            column = if walk.forward() { column + 1 } else { column - 1 };
+        }
+        let mut route = Route::new(walk, column);
+        if route.is_short() {
+            while route.has_columns() {
+                let found = columns.crossing(route.next_column());
+                if found.is_some() {
+                    return found;
+                }
             }
-            column = if forward { column + 1 } else { column - 1 };
+            return None;
         }
         let strip = Strip::new(walk, columns.side == Side::Below);
         let bounds = self.blocks.along(walk.major_is_x);
-        let mut block = column / BLOCK;
-        let last_block = last / BLOCK;
         loop {
-            let window = bounds.window(block, forward);
-            let mut blocks = strip.block_columns(simd, bounds, window) & between(block, last_block, window);
-            while blocks != 0 {
-                let at = window + next(&mut blocks, forward);
-                let base = at * BLOCK;
-                let mut inside = strip.columns(simd, bounds, &layout, at) & between(column, last, base);
-                while inside != 0 {
-                    if let Some(found) = columns.crossing(base + next(&mut inside, forward)) {
-                        return Some(found);
+            route.set_blocks(strip.block_columns(simd, bounds, route.window()));
+            while route.has_blocks() {
+                let (block, in_walk) = route.next_block();
+                route.set_columns(strip.columns(simd, bounds, &layout, block) & in_walk);
+                while route.has_columns() {
+                    let found = columns.crossing(route.next_column());
+                    if found.is_some() {
+                        return found;
                     }
                 }
             }
-            if last_block.wrapping_sub(window) < WINDOW {
+            if !route.next_window() {
                 return None;
             }
-            block = if forward { window + WINDOW } else { window - 1 };
         }
     }
 }

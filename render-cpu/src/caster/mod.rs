@@ -30,6 +30,7 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod route;
 mod samples;
 mod surface;
 mod walk;

@@ -25,15 +25,32 @@ pub(crate) struct Samples {
 /// Where samples along one axis are. The place of sample `(i, j)` is the sum of those of `i` and of `j`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Stride {
-    /// From a sample to its neighbour in the same tile, and from a tile to the next.
-    pub(crate) fine: i32,
-    pub(crate) coarse: i32,
+    /// From a sample to its neighbour in the same tile.
+    pub(crate) fine: u32,
+    /// From a tile to the next.
+    pub(crate) coarse: u32,
+    /// From the first sample of a block to the eight that a walk comes to, first increasing, then decreasing: samples 1 to 8,
+    /// and samples 7 to 0.
+    pub(crate) ahead: [[i32; 2 * TILE]; 2],
 }
 
 impl Stride {
+    fn new(fine: usize, coarse: usize) -> Self {
+        let mut stride = Self {
+            fine: fine as u32,
+            coarse: coarse as u32,
+            ahead: [[0; 2 * TILE]; 2],
+        };
+        stride.ahead = [
+            std::array::from_fn(|k| stride.place(k as u32 + 1) as i32),
+            std::array::from_fn(|k| stride.place((2 * TILE - 1 - k) as u32) as i32),
+        ];
+        stride
+    }
+
     #[inline(always)]
-    pub(crate) fn place(self, index: usize) -> usize {
-        (index / TILE) * self.coarse as usize + (index % TILE) * self.fine as usize
+    pub(crate) fn place(&self, index: u32) -> u32 {
+        (index / TILE as u32) * self.coarse + (index % TILE as u32) * self.fine
     }
 }
 
@@ -46,14 +63,8 @@ impl Samples {
         let (nx, nz) = (tiles(width), tiles(depth));
         let (tile, row) = (TILE * TILE, TILE * TILE * nx);
         // A grid has at most 2²⁸ samples, so that places fit.
-        self.x = Stride {
-            fine: 1,
-            coarse: tile as i32,
-        };
-        self.z = Stride {
-            fine: TILE as i32,
-            coarse: row as i32,
-        };
+        self.x = Stride::new(1, tile);
+        self.z = Stride::new(TILE, row);
         self.tiles.resize(nx * nz, Tile::default());
         self.tiles
             .par_chunks_exact_mut(nx)
@@ -97,13 +108,9 @@ mod tests {
             let spec = GridSpec::new(Vec2::ZERO, 1.0, UVec2::new(w, d)).unwrap();
             let grid = Grid::from_fn(spec, |i, j| (1000 * j + i) as f32);
             samples.copy_from(&grid);
-            for j in 0..d as usize {
-                for i in 0..w as usize {
-                    assert_eq!(
-                        samples.as_slice()[samples.x.place(i) + samples.z.place(j)],
-                        grid[(i, j)]
-                    );
-                }
+            for (j, i) in (0..d).flat_map(|j| (0..w).map(move |i| (j, i))) {
+                let place = samples.x.place(i) + samples.z.place(j);
+                assert_eq!(samples.as_slice()[place as usize], grid[(i as usize, j as usize)]);
             }
         }
     }

@@ -40,8 +40,8 @@ pub enum HeightfieldError {
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     samples: Samples,
-    width: usize,
-    depth: usize,
+    width: u32,
+    depth: u32,
     origin: DVec2,
     spacing: f64,
     pub(crate) patch: Patch,
@@ -56,18 +56,22 @@ pub(crate) struct Surface {
 pub(crate) struct Layout<'a> {
     pub(crate) samples: &'a [f32],
     pub(crate) patch: Patch,
-    pub(crate) major_cells: usize,
-    pub(crate) minor_cells: usize,
-    pub(crate) along: Stride,
-    pub(crate) across: Stride,
+    pub(crate) minor_cells: u32,
+    pub(crate) along: &'a Stride,
+    pub(crate) across: &'a Stride,
 }
 
 impl Layout<'_> {
     #[inline(always)]
-    pub(crate) fn sample(&self, major: usize, minor: usize) -> f64 {
+    pub(crate) fn sample(&self, major: u32, minor: u32) -> f64 {
+        self.at(self.along.place(major) + self.across.place(minor))
+    }
+
+    /// The sample at a place in storage.
+    #[inline(always)]
+    pub(crate) fn at(&self, place: u32) -> f64 {
         // Callers stay within the grid; the fallback only spares the panic.
-        let place = self.along.place(major) + self.across.place(minor);
-        f64::from(self.samples.get(place).copied().unwrap_or(0.0))
+        f64::from(self.samples.get(place as usize).copied().unwrap_or(0.0))
     }
 }
 
@@ -94,8 +98,8 @@ impl Surface {
         self.depth = 0;
         spec.validate()?;
         self.samples.copy_from(elevation);
-        self.width = spec.width();
-        self.depth = spec.height();
+        self.width = spec.size.x;
+        self.depth = spec.size.y;
         self.origin = spec.origin.as_dvec2();
         self.spacing = f64::from(spec.spacing);
         Ok(())
@@ -104,7 +108,7 @@ impl Surface {
     /// Finds the extremes of the samples that were taken.
     pub(crate) fn measure(&mut self, elevation: &Grid<f32>) -> Result<(), HeightfieldError> {
         let (mut low, mut high, mut steepest) = (f32::INFINITY, f32::NEG_INFINITY, 0.0_f32);
-        for j in 0..self.depth {
+        for j in 0..self.depth as usize {
             let row = elevation.row(j);
             let before = elevation.row(j.saturating_sub(1));
             for (i, (&h, &b)) in row.iter().zip(before).enumerate() {
@@ -132,12 +136,12 @@ impl Surface {
     }
 
     /// Cells along X; 0 where a grid has a single sample.
-    pub(crate) fn cells_x(&self) -> usize {
+    pub(crate) fn cells_x(&self) -> u32 {
         self.width.saturating_sub(1)
     }
 
     /// Cells along Z.
-    pub(crate) fn cells_z(&self) -> usize {
+    pub(crate) fn cells_z(&self) -> u32 {
         self.depth.saturating_sub(1)
     }
 
@@ -149,12 +153,15 @@ impl Surface {
     /// The grid as walks along one axis see it.
     #[inline(always)]
     pub(crate) fn layout(&self, major_is_x: bool) -> Layout<'_> {
-        let (x, z) = ((self.cells_x(), self.samples.x), (self.cells_z(), self.samples.z));
-        let ((major_cells, along), (minor_cells, across)) = if major_is_x { (x, z) } else { (z, x) };
+        let (x, z) = (&self.samples.x, &self.samples.z);
+        let (along, across, minor_cells) = if major_is_x {
+            (x, z, self.cells_z())
+        } else {
+            (z, x, self.cells_x())
+        };
         Layout {
             samples: self.samples.as_slice(),
             patch: self.patch,
-            major_cells,
             minor_cells,
             along,
             across,
@@ -162,7 +169,7 @@ impl Surface {
     }
 
     #[inline(always)]
-    pub(crate) fn sample(&self, i: usize, j: usize) -> f64 {
+    pub(crate) fn sample(&self, i: u32, j: u32) -> f64 {
         self.layout(true).sample(i, j)
     }
 
@@ -177,14 +184,14 @@ impl Surface {
 
     /// World position of sample `(i, j)` at height 0.
     #[cfg(feature = "bvh")]
-    pub(crate) fn position(&self, i: usize, j: usize) -> DVec3 {
-        let p = self.origin + self.spacing * DVec2::new(i as f64, j as f64);
+    pub(crate) fn position(&self, i: u32, j: u32) -> DVec3 {
+        let p = self.origin + self.spacing * DVec2::new(f64::from(i), f64::from(j));
         DVec3::new(p.x, 0.0, p.y)
     }
 
     /// The four samples of a cell: `[h00, h10, h01, h11]`, the first index along X.
     #[inline(always)]
-    pub(crate) fn corners(&self, i: usize, j: usize) -> [f64; 4] {
+    pub(crate) fn corners(&self, i: u32, j: u32) -> [f64; 4] {
         [
             self.sample(i, j),
             self.sample(i + 1, j),
@@ -193,38 +200,31 @@ impl Surface {
         ]
     }
 
-    /// Height in metres within cell `(i, j)` at `(u, v)` in `[0, 1]`.
+    /// Height in metres and upward unit normal within cell `(i, j)` at `(u, v)` in `[0, 1]`.
     #[inline(always)]
-    pub(crate) fn height(&self, i: usize, j: usize, u: f64, v: f64) -> f64 {
+    pub(crate) fn height_and_normal(&self, i: u32, j: u32, u: f64, v: f64) -> (f64, DVec3) {
         let [a, b, c, d] = self.corners(i, j);
-        match self.patch {
-            Patch::Bilinear => lerp(lerp(a, b, u), lerp(c, d, u), v),
-            Patch::Triangles if u >= v => a + (b - a) * u + (d - b) * v,
-            Patch::Triangles => a + (d - c) * u + (c - a) * v,
-        }
-    }
-
-    /// Upward unit normal within cell `(i, j)` at `(u, v)`.
-    #[inline(always)]
-    pub(crate) fn normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
-        let [a, b, c, d] = self.corners(i, j);
-        let (du, dv) = match self.patch {
-            Patch::Bilinear => (lerp(b - a, d - c, v), lerp(c - a, d - b, u)),
-            Patch::Triangles if u >= v => (b - a, d - b),
-            Patch::Triangles => (d - c, c - a),
+        let (height, du, dv) = match self.patch {
+            Patch::Bilinear => (
+                lerp(lerp(a, b, u), lerp(c, d, u), v),
+                lerp(b - a, d - c, v),
+                lerp(c - a, d - b, u),
+            ),
+            Patch::Triangles if u >= v => (a + (b - a) * u + (d - b) * v, b - a, d - b),
+            Patch::Triangles => (a + (d - c) * u + (c - a) * v, d - c, c - a),
         };
-        DVec3::new(-du, self.spacing, -dv).normalize()
+        (height, DVec3::new(-du, self.spacing, -dv).normalize())
     }
 
     /// Upward unit normal at `(u, v)` of cell `(i, j)` from the slopes at its samples (central differences, one-sided at
     /// the rim), interpolated bilinearly.
-    pub(crate) fn smooth_normal(&self, i: usize, j: usize, u: f64, v: f64) -> DVec3 {
-        let slope = |i: usize, j: usize| {
+    pub(crate) fn smooth_normal(&self, i: u32, j: u32, u: f64, v: f64) -> DVec3 {
+        let slope = |i: u32, j: u32| {
             let (left, right) = (i.saturating_sub(1), (i + 1).min(self.cells_x()));
             let (before, after) = (j.saturating_sub(1), (j + 1).min(self.cells_z()));
             DVec2::new(
-                (self.sample(right, j) - self.sample(left, j)) / (right - left) as f64,
-                (self.sample(i, after) - self.sample(i, before)) / (after - before) as f64,
+                (self.sample(right, j) - self.sample(left, j)) / f64::from(right - left),
+                (self.sample(i, after) - self.sample(i, before)) / f64::from(after - before),
             )
         };
         let low = slope(i, j).lerp(slope(i + 1, j), u);

@@ -1,6 +1,6 @@
-//! A ray in the frame of the grid, clipped to where the surface can be.
+//! Rays in the frame of the grid, clipped to where the surface can be.
 //!
-//! The walk goes from grid line to grid line along the horizontal axis in which the ray moves faster (the *major* axis);
+//! A walk goes from grid line to grid line along the horizontal axis in which the ray moves faster (the *major* axis);
 //! between two lines lies a *column*, in which the ray moves at most one cell along the other (*minor*) axis.
 
 use super::Ray;
@@ -8,7 +8,7 @@ use super::column::Side;
 use super::surface::Surface;
 
 /// One horizontal axis of a walk: position `origin + step · t` in samples.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
     pub(crate) origin: f64,
     pub(crate) step: f64,
@@ -24,20 +24,20 @@ impl Axis {
 
     /// When the ray crosses grid line `line`.
     #[inline(always)]
-    pub(crate) fn time(&self, line: usize) -> f64 {
-        (line as f64 - self.origin) * self.inverse
+    pub(crate) fn time(&self, line: u32) -> f64 {
+        (f64::from(line) - self.origin) * self.inverse
     }
 }
 
 /// The cell among `cells` that holds a position; positions outside (by rounding) go to the cell at the edge.
 #[inline(always)]
-pub(crate) fn cell(position: f64, cells: usize) -> usize {
+pub(crate) fn cell(position: f64, cells: u32) -> u32 {
     // Casting saturates, so a position below zero becomes cell 0.
-    (position as u32 as usize).min(cells - 1)
+    (position as u32).min(cells - 1)
 }
 
 /// A clipped ray.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Walk {
     pub(crate) major: Axis,
     pub(crate) minor: Axis,
@@ -61,114 +61,11 @@ pub(crate) struct Walk {
 impl Walk {
     /// Clips a ray to the rectangle and to the slab in which the surface lies; `None` if nothing is left, or if the
     /// ray is not a ray (no direction, or a value that is not finite).
-    pub(crate) fn new(surface: &Surface, ray: &Ray, t_min: f64, t_max: f64) -> Option<Self> {
-        let mut walk = [Self::default()];
-        let valid = Self::clip(surface, &[*ray], t_min, t_max, &mut walk);
-        let [walk] = walk;
-        (valid != 0).then_some(walk)
-    }
-
-    /// As [`Self::new`] for several rays, in loops that become vector code; bit `k` says whether `walks[k]` is one.
     #[inline(always)]
-    pub(crate) fn clip<const N: usize>(
-        surface: &Surface,
-        rays: &[Ray; N],
-        t_min: f64,
-        t_max: f64,
-        walks: &mut [Self; N],
-    ) -> u32 {
-        let (cells_x, cells_z) = (surface.cells_x(), surface.cells_z());
-        // The comparison also refuses NaN.
-        if cells_x == 0 || cells_z == 0 || !(t_min <= t_max) {
-            return 0;
-        }
-        let scale = 1.0 / surface.spacing();
-        let corner = surface.corner();
-        let mut x = Still::<N>::default();
-        let mut z = Still::<N>::default();
-        let mut y = Still::<N>::default();
-        for k in 0..N {
-            let (o, d) = (rays[k].origin, rays[k].direction);
-            (x.origin[k], x.step[k]) = ((o.x - corner.x) * scale, d.x * scale);
-            (z.origin[k], z.step[k]) = ((o.z - corner.y) * scale, d.z * scale);
-            (y.origin[k], y.step[k]) = (o.y, d.y);
-        }
-        x.invert();
-        z.invert();
-        y.invert();
-
-        let size = surface.high.abs() + surface.low.abs();
-        let reach = (cells_x + cells_z) as f64;
-        let mut rounding = [0.0; N];
-        let (mut low, mut high) = ([0.0; N], [0.0; N]);
-        for k in 0..N {
-            let far = x.origin[k].abs() + z.origin[k].abs() + reach;
-            rounding[k] = 4e-15 * (y.origin[k].abs() + size + surface.steepest * far);
-            // A slab of zero thickness (flat water) would be missed by rounding alone; the walk must start and end
-            // clear of the surface.
-            let pad = 1e-6 * (surface.high - surface.low) + 64.0 * rounding[k];
-            (low[k], high[k]) = (surface.low - pad, surface.high + pad);
-        }
-        let (start_x, end_x) = x.within(&[0.0; N], &[cells_x as f64; N]);
-        let (start_z, end_z) = z.within(&[0.0; N], &[cells_z as f64; N]);
-        let (start_y, end_y) = y.within(&low, &high);
-
-        let (mut start, mut end) = ([0.0; N], [0.0; N]);
-        let mut valid = [false; N];
-        for k in 0..N {
-            start[k] = larger(larger(t_min, start_x[k]), start_z[k]);
-            end[k] = smaller(smaller(smaller(t_max, end_x[k]), end_z[k]), end_y[k]);
-            let first = larger(start[k], start_y[k]);
-            // Zero times a sum is NaN if a term is not finite. A ray that moves along no axis is no ray.
-            let sum = (x.origin[k] + z.origin[k] + y.origin[k]) + (x.step[k] + z.step[k] + y.step[k]);
-            let moves = x.inverse[k] != 0.0 || z.inverse[k] != 0.0 || y.inverse[k] != 0.0;
-            valid[k] = sum * 0.0 == 0.0
-                && moves
-                && first <= end[k]
-                && first.abs() < f64::MAX
-                && end[k].abs() < f64::MAX;
-        }
-        let mut mask = 0;
-        for k in 0..N {
-            if !valid[k] {
-                continue;
-            }
-            mask |= 1 << k;
-            let axis = |a: &Still<N>| Axis {
-                origin: a.origin[k],
-                step: a.step[k],
-                inverse: a.inverse[k],
-            };
-            let major_is_x = x.step[k].abs() >= z.step[k].abs();
-            let (major, minor) = if major_is_x {
-                (axis(&x), axis(&z))
-            } else {
-                (axis(&z), axis(&x))
-            };
-            let cells = if major_is_x { cells_x } else { cells_z };
-            let enters = if start_y[k] <= start[k] {
-                Side::On
-            } else if y.step[k] < 0.0 {
-                Side::Above
-            } else {
-                Side::Below
-            };
-            let start = larger(start[k], start_y[k]);
-            walks[k] = Self {
-                major,
-                minor,
-                y: y.origin[k],
-                dy: y.step[k],
-                start,
-                end: end[k],
-                rounding: rounding[k],
-                first: cell(major.at(start), cells) as u32,
-                last: cell(major.at(end[k]), cells) as u32,
-                major_is_x,
-                enters,
-            };
-        }
-        mask
+    pub(crate) fn new(surface: &Surface, ray: &Ray, t_min: f64, t_max: f64) -> Option<Self> {
+        let mut walks = Walks::<1>::new();
+        walks.clip(surface, &[*ray], t_min, t_max);
+        walks.get(0)
     }
 
     /// Whether columns are walked in increasing order.
@@ -183,63 +80,190 @@ impl Walk {
     }
 }
 
-/// One axis of several rays.
-struct Still<const N: usize> {
+/// Several walks, one array a quantity, so that loops over them become vector code.
+#[derive(Clone, Debug)]
+pub(crate) struct Walks<const N: usize> {
+    major: Axes<N>,
+    minor: Axes<N>,
+    y: [f64; N],
+    dy: [f64; N],
+    start: [f64; N],
+    end: [f64; N],
+    rounding: [f64; N],
+    first: [f64; N],
+    last: [f64; N],
+    valid: [bool; N],
+    major_is_x: [bool; N],
+    in_slab: [bool; N],
+}
+
+#[derive(Clone, Debug)]
+struct Axes<const N: usize> {
     origin: [f64; N],
     step: [f64; N],
     inverse: [f64; N],
 }
 
-impl<const N: usize> Default for Still<N> {
-    fn default() -> Self {
+impl<const N: usize> Axes<N> {
+    fn new() -> Self {
         Self {
             origin: [0.0; N],
             step: [0.0; N],
             inverse: [0.0; N],
         }
     }
+
+    #[inline(always)]
+    fn get(&self, k: usize) -> Axis {
+        Axis {
+            origin: self.origin[k],
+            step: self.step[k],
+            inverse: self.inverse[k],
+        }
+    }
 }
 
-impl<const N: usize> Still<N> {
-    /// Finds the inverse steps. Steps too small to be inverted become 0: such a ray crosses no line.
-    #[inline(always)]
-    fn invert(&mut self) {
-        const LEAST: f64 = 1e-290;
-        for k in 0..N {
-            let step = self.step[k];
-            let still = step.abs() < LEAST;
-            self.inverse[k] = if still { 0.0 } else { 1.0 / step };
-            self.step[k] = if still { 0.0 } else { step };
+/// Steps below this cannot be inverted: such a ray crosses no line.
+const STILL: f64 = 1e-290;
+
+impl<const N: usize> Walks<N> {
+    pub(crate) fn new() -> Self {
+        Self {
+            major: Axes::new(),
+            minor: Axes::new(),
+            y: [0.0; N],
+            dy: [0.0; N],
+            start: [0.0; N],
+            end: [0.0; N],
+            rounding: [0.0; N],
+            first: [0.0; N],
+            last: [0.0; N],
+            valid: [false; N],
+            major_is_x: [false; N],
+            in_slab: [false; N],
         }
     }
 
-    /// From when to when the rays are between `low` and `high`.
     #[inline(always)]
-    fn within(&self, low: &[f64; N], high: &[f64; N]) -> ([f64; N], [f64; N]) {
-        let (mut start, mut end) = ([0.0; N], [0.0; N]);
-        for k in 0..N {
-            let (a, b) = (
-                (low[k] - self.origin[k]) * self.inverse[k],
-                (high[k] - self.origin[k]) * self.inverse[k],
-            );
-            let outside = self.origin[k] < low[k] || self.origin[k] > high[k];
-            let still = self.inverse[k] == 0.0;
-            // A ray that does not move is between for ever or never.
-            let never = if outside { f64::INFINITY } else { f64::NEG_INFINITY };
-            start[k] = if still { never } else { smaller(a, b) };
-            end[k] = if still { f64::INFINITY } else { larger(a, b) };
-        }
-        (start, end)
+    pub(crate) fn get(&self, k: usize) -> Option<Walk> {
+        self.valid[k].then(|| Walk {
+            major: self.major.get(k),
+            minor: self.minor.get(k),
+            y: self.y[k],
+            dy: self.dy[k],
+            start: self.start[k],
+            end: self.end[k],
+            rounding: self.rounding[k],
+            first: self.first[k] as u32,
+            last: self.last[k] as u32,
+            major_is_x: self.major_is_x[k],
+            enters: match (self.in_slab[k], self.dy[k] < 0.0) {
+                (true, _) => Side::On,
+                (false, true) => Side::Above,
+                (false, false) => Side::Below,
+            },
+        })
     }
+
+    #[inline(always)]
+    pub(crate) fn major_is_x(&self, k: usize) -> bool {
+        self.major_is_x[k]
+    }
+
+    /// Clips rays as [`Walk::new`] does; there are as many walks as rays.
+    #[inline(always)]
+    pub(crate) fn clip(&mut self, surface: &Surface, rays: &[Ray], t_min: f64, t_max: f64) {
+        let (cells_x, cells_z) = (f64::from(surface.cells_x()), f64::from(surface.cells_z()));
+        // Also refuses NaN.
+        let possible = cells_x > 0.0 && cells_z > 0.0 && t_min <= t_max;
+        let scale = 1.0 / surface.spacing();
+        let corner = surface.corner();
+        // Until it is known which is the major axis, X is in its place.
+        for (k, ray) in rays.iter().enumerate().take(N) {
+            let (o, d) = (ray.origin, ray.direction);
+            (self.major.origin[k], self.major.step[k]) = (o.x, d.x);
+            (self.minor.origin[k], self.minor.step[k]) = (o.z, d.z);
+            (self.y[k], self.dy[k]) = (o.y, d.y);
+        }
+        let size = surface.high.abs() + surface.low.abs();
+        let slab_pad = 1e-6 * (surface.high - surface.low);
+        let reach = cells_x + cells_z;
+        for k in 0..N {
+            let (ox, oz) = (
+                (self.major.origin[k] - corner.x) * scale,
+                (self.minor.origin[k] - corner.y) * scale,
+            );
+            let (x, xi) = step(self.major.step[k] * scale);
+            let (z, zi) = step(self.minor.step[k] * scale);
+            let (y, yi) = step(self.dy[k]);
+            let oy = self.y[k];
+
+            let rounding = 4e-15 * (oy.abs() + size + surface.steepest * (ox.abs() + oz.abs() + reach));
+            // A slab of zero thickness (flat water) would be missed by rounding alone; the walk must start and end
+            // clear of the surface.
+            let pad = slab_pad + 64.0 * rounding;
+            let (start_x, end_x) = within(ox, xi, 0.0, cells_x);
+            let (start_z, end_z) = within(oz, zi, 0.0, cells_z);
+            let (start_y, end_y) = within(oy, yi, surface.low - pad, surface.high + pad);
+            let inside = larger(larger(t_min, start_x), start_z);
+            let start = larger(inside, start_y);
+            let end = smaller(smaller(smaller(t_max, end_x), end_z), end_y);
+
+            // Zero times a sum is NaN if a term is not finite. A ray that moves along no axis is no ray.
+            let sum = (ox + oz + oy) + (x + z + y);
+            let moves = xi.abs() + zi.abs() + yi.abs() > 0.0;
+            let bounded = start.abs() < f64::MAX && end.abs() < f64::MAX;
+            self.valid[k] = possible & (sum * 0.0 == 0.0) & moves & (start <= end) & bounded;
+            self.in_slab[k] = start_y <= inside;
+            let major_is_x = x.abs() >= z.abs();
+            self.major_is_x[k] = major_is_x;
+            let pick = |a: f64, b: f64| if major_is_x { (a, b) } else { (b, a) };
+            (self.major.origin[k], self.minor.origin[k]) = pick(ox, oz);
+            (self.major.step[k], self.minor.step[k]) = pick(x, z);
+            (self.major.inverse[k], self.minor.inverse[k]) = pick(xi, zi);
+            (self.dy[k], self.start[k], self.end[k], self.rounding[k]) = (y, start, end, rounding);
+            let (last, _) = pick(cells_x - 1.0, cells_z - 1.0);
+            let column = |t: f64| {
+                let p = self.major.origin[k] + self.major.step[k] * t;
+                smaller(larger(p, 0.0), last)
+            };
+            (self.first[k], self.last[k]) = (column(start), column(end));
+        }
+    }
+}
+
+/// A step and its inverse; both are 0 where the step is too small.
+#[inline(always)]
+fn step(step: f64) -> (f64, f64) {
+    let still = step.abs() < STILL;
+    (
+        if still { 0.0 } else { step },
+        if still { 0.0 } else { 1.0 / step },
+    )
+}
+
+/// From when to when a ray is between `low` and `high`.
+#[inline(always)]
+fn within(origin: f64, inverse: f64, low: f64, high: f64) -> (f64, f64) {
+    let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
+    let outside = (origin < low) | (origin > high);
+    // A ray that does not move is between for ever or never.
+    let never = if outside { f64::INFINITY } else { f64::NEG_INFINITY };
+    let still = inverse == 0.0;
+    (
+        if still { never } else { smaller(a, b) },
+        if still { f64::INFINITY } else { larger(a, b) },
+    )
 }
 
 /// One instruction, where `f64::max` takes four to treat NaN.
 #[inline(always)]
-fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+/// As [`larger`].
 #[inline(always)]
-fn smaller(a: f64, b: f64) -> f64 {
+pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }

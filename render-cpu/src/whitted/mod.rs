@@ -10,15 +10,18 @@
 //! | ground | height map with fractal detail ([`ground`]), also below the water |
 //! | beyond the domain | repeated, continued, or the walls of a basin ([`surroundings`]) |
 //!
-//! Light through waves is taken as through flat water, so there are no caustics.
+//! Sunlight through waves is summed on the ground ([`caustics`]); other light through waves, and sunlight on objects
+//! under water, is taken as through flat water.
 
 mod auxiliary;
+mod caustics;
 mod choppy;
 mod droplets;
 mod ground;
 mod light;
 mod objects;
 mod plan;
+mod shade;
 mod surface;
 mod surroundings;
 mod tiles;
@@ -55,6 +58,8 @@ pub struct Settings {
     pub cutoff: f32,
     /// Distance in metres at which haze leaves 2 % of contrast; `None` for perfectly clear air. Default 150 km, very clear air.
     pub visual_range: Option<f32>,
+    /// Whether waves focus sunlight on the ground. Default true.
+    pub caustics: bool,
     /// RMS slope of ripples finer than the surface's grid; widens the mirror image of sun and sky. Default 0.
     pub roughness: f32,
 }
@@ -65,6 +70,7 @@ impl Default for Settings {
             interface_depth: 3,
             cutoff: 2e-3,
             visual_range: Some(150_000.0),
+            caustics: true,
             roughness: 0.0,
         }
     }
@@ -140,6 +146,16 @@ impl Whitted {
         let Some(water) = &self.water else {
             return Err(RenderError::Interrupted);
         };
+        let caustics = match &fixed.ground {
+            Some(ground) if self.settings.caustics => caustics::Caustics::build(
+                &heights,
+                water,
+                ground,
+                &fixed.light,
+                scene.description.water.index,
+            ),
+            _ => None,
+        };
         let objects = objects::place(scene, frame, &fixed.models);
         let spray = frame.droplets.as_ref().and_then(droplets::Spray::build);
         let edges = surroundings::Edges::new(scene, &heights, lens.eye);
@@ -156,6 +172,7 @@ impl Whitted {
             objects,
             spray,
             foam: frame.foam.as_ref(),
+            caustics: caustics.as_ref(),
             light: &fixed.light,
             volume: &fixed.volume,
             index: scene.description.water.index,
@@ -359,6 +376,52 @@ fn unsupported(error: HeightfieldError) -> RenderError {
     RenderError::Unsupported {
         what: error.to_string(),
         remedy: "give finite heights".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests_support {
+    use meniscus_sim::scene::description::*;
+    use meniscus_sim::{GridSpec, Scene};
+
+    /// The least that a scene can say.
+    pub(super) fn description() -> Description {
+        Description {
+            name: "test".to_owned(),
+            seed: 0,
+            duration: 1.0,
+            domain: Domain::default(),
+            water: Water::default(),
+            terrain: None,
+            ground: GroundLook::default(),
+            solver: Solver::Procedural(Procedural {
+                spacing: 1.0,
+                depth: None,
+                waves: Vec::new(),
+            }),
+            boundary: Boundary::default(),
+            objects: Vec::new(),
+            light: Light::default(),
+            cameras: Vec::new(),
+            events: Vec::new(),
+            recording: Recording::default(),
+        }
+    }
+
+    pub(super) fn scene(description: Description) -> Scene {
+        let grid = GridSpec {
+            origin: glam::Vec2::ZERO,
+            spacing: 1.0,
+            size: glam::UVec2::splat(2),
+        };
+        Scene {
+            description,
+            grid,
+            terrain: None,
+            meshes: Vec::new(),
+            sky: None,
+            initial_elevation: None,
+        }
     }
 }
 

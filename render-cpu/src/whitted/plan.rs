@@ -1,5 +1,6 @@
 //! What drawing a scene keeps and runs, and what it leaves out (`meniscus plan`).
 
+use super::caustics::Caustics;
 use super::objects::Model;
 use super::surface::{bytes_for, continued_samples};
 use super::{Settings, ground, surroundings};
@@ -87,7 +88,7 @@ pub(super) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanI
         }
     };
     items.push(item("sky picture", sky > 0, why, sky));
-    let sun = d.light.sun.is_some();
+    let sun = d.light.sun.is_some() || Sky::new(scene).sun().is_some();
     items.push(item(
         "sun and its shadows",
         sun,
@@ -97,6 +98,23 @@ pub(super) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanI
             "the scene has no sun"
         },
         0,
+    ));
+
+    let caustics = sun && scene.terrain.is_some() && settings.caustics;
+    let why = if !settings.caustics {
+        "switched off"
+    } else if !sun {
+        "the scene has no sun"
+    } else if scene.terrain.is_none() {
+        "the scene has no ground"
+    } else {
+        "sun, waves and ground; left out for frames whose waves are too slight"
+    };
+    items.push(item(
+        "caustics",
+        caustics,
+        why,
+        Caustics::bytes_for(scene.grid.len() as u64),
     ));
 
     let objects = d.objects.len();

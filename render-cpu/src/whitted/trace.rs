@@ -1,12 +1,12 @@
 //! The recursion: what a ray brings back.
 
 use super::Settings;
-use super::light::{DIFFUSE_PATH, Disc};
+use super::light::Disc;
+use super::shade::Matt;
 use super::world::{Hit, Medium, What, World, in_plan};
 use crate::caster::Ray;
 use glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::optics::{fresnel, reflect, refract};
-use std::f32::consts::PI;
 
 /// Interfaces at which a ray is still followed after it is no longer split.
 const UNSPLIT_INTERFACES: u32 = 8;
@@ -120,31 +120,23 @@ impl Tracer<'_> {
             }
             What::Ground => self.ground(path, hit, width),
             What::Wall => {
-                let color = self.world.look.wall();
-                self.lit(
-                    hit.position,
-                    hit.normal,
-                    hit.normal.as_vec3(),
-                    color,
-                    path.medium,
-                    1.0,
-                    self.world.hair,
-                )
+                let albedo = self.world.look.wall();
+                self.lit(&Matt::flat(hit, albedo, self.world.hair), path.medium)
             }
             What::Object { shading, color } => {
                 // A hole in a model may show its inside: both normals turn to the ray.
                 let away = hit.normal.dot(path.ray.direction) > 0.0;
                 let sign = if away { -1.0 } else { 1.0 };
-                let shading = (sign * shading).as_vec3();
-                self.lit(
-                    hit.position,
-                    sign * hit.normal,
-                    shading,
-                    color,
-                    path.medium,
-                    1.0,
-                    1e3 * self.world.hair,
-                )
+                let hit = Hit {
+                    normal: sign * hit.normal,
+                    ..*hit
+                };
+                let normal = (sign * shading).as_vec3();
+                let matt = Matt {
+                    normal,
+                    ..Matt::flat(&hit, color, 1e3 * self.world.hair)
+                };
+                self.lit(&matt, path.medium)
             }
             What::Droplet { centre, radius } => self.droplet(path, hit, centre, radius, width),
         }
@@ -190,18 +182,12 @@ impl Tracer<'_> {
         if foam <= 0.0 {
             return water;
         }
-        let up = at.shading * at.shading.y.signum();
-        let albedo = Vec3::splat(FOAM_ALBEDO);
-        let white = self.lit(
-            hit.position,
-            hit.normal,
-            up,
-            albedo,
-            Medium::Air,
-            1.0,
-            self.world.hair,
-        );
-        water.lerp(white, foam)
+        let normal = at.shading * at.shading.y.signum();
+        let matt = Matt {
+            normal,
+            ..Matt::flat(hit, Vec3::splat(FOAM_ALBEDO), self.world.hair)
+        };
+        water.lerp(self.lit(&matt, Medium::Air), foam)
     }
 
     fn foam(&self, p: DVec3) -> f32 {
@@ -305,109 +291,6 @@ impl Tracer<'_> {
                     .scattered(self.world.depth(path.ray.origin) as f32, 1.0, f32::INFINITY)
             }
         }
-    }
-
-    fn ground_normal(&self, p: DVec3) -> DVec3 {
-        let slope = self
-            .world
-            .ground
-            .map_or(Vec2::ZERO, |g| g.slope(in_plan(p)).0)
-            .as_dvec2();
-        DVec3::new(-slope.x, 1.0, -slope.y).normalize()
-    }
-
-    fn ground(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
-        let Some(ground) = self.world.ground else {
-            return Vec3::ZERO;
-        };
-        let at = in_plan(hit.position);
-        let (slope, _) = ground.slope(at);
-        let above = -self.world.depth(hit.position) as f32;
-        // The footprint stretches where the ground is seen at a slant.
-        let cos = hit.normal.dot(path.ray.direction).abs().max(0.1) as f32;
-        let (albedo, slope) = self.world.look.shade(at, slope, above, width / cos.sqrt());
-        let normal = Vec3::new(-slope.x, 1.0, -slope.y).normalize();
-        let open = self.world.openness.map_or(1.0, |o| o.sample(at.as_vec2()));
-        // Where the smooth ground is in light but the flat facet turns from it, a shadow ray that starts on the facet
-        // would draw the facets: it starts a little above.
-        let lift = self.world.hair.max(if self.world.openness.is_some() {
-            0.02 * ground.spacing()
-        } else {
-            0.0
-        });
-        self.lit(hit.position, hit.normal, normal, albedo, path.medium, open, lift)
-    }
-
-    /// Radiance of a matt surface. `open` is the share of the sky that it sees, `lift` how far above the surface shadow
-    /// rays start.
-    #[allow(clippy::too_many_arguments)]
-    fn lit(
-        &mut self,
-        p: DVec3,
-        geometric: DVec3,
-        normal: Vec3,
-        albedo: Vec3,
-        medium: Medium,
-        open: f32,
-        lift: f64,
-    ) -> Vec3 {
-        let light = self.world.light;
-        let origin = p + geometric * lift;
-        match medium {
-            Medium::Air => {
-                let mut irradiance = light.ambient(normal) * open;
-                if let Some(sun) = &light.sun {
-                    let towards = sun.sample(self.sun_point);
-                    let cos = normal.dot(towards);
-                    if cos > 0.0 && !self.shadowed(origin, towards.as_dvec3(), f64::INFINITY) {
-                        irradiance += sun.irradiance * cos;
-                    }
-                }
-                albedo * irradiance / PI
-            }
-            Medium::Water => {
-                let volume = self.world.volume;
-                let depth = self.world.depth(p).max(0.0) as f32;
-                let sky =
-                    light.entering * light.sky.irradiance(Vec3::Y) * volume.diffuse_transmittance(depth);
-                // What faces down or sideways sees the lit bottom as far as it does not see the surface.
-                let up = 0.5 * (1.0 + normal.y);
-                let mut irradiance = sky * (up + (1.0 - up) * albedo) * open;
-                let mut level = sky;
-                if let Some(beam) = &light.beam {
-                    let path = depth / beam.direction.y;
-                    let strength = beam.irradiance * volume.transmittance(path);
-                    level += strength * beam.direction.y;
-                    let cos = normal.dot(beam.direction);
-                    if cos > 0.0 && !self.shadowed_below(origin, beam.direction, f64::from(path)) {
-                        irradiance += strength * cos;
-                    }
-                }
-                // Light that the bottom sends up is partly reflected back by the surface: the sum of the series.
-                let back = (1.0 - light.entering) * albedo * volume.transmittance(2.0 * DIFFUSE_PATH * depth);
-                let again = back / (1.0 - back).max(Vec3::splat(1e-3));
-                irradiance += again * level;
-                albedo * irradiance / PI
-            }
-        }
-    }
-
-    fn shadowed(&mut self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
-        self.rays += 1;
-        self.world.occluded(&Ray { origin, direction }, t_max)
-    }
-
-    /// Shadow under water: along the refracted beam to the level of the surface above, then on to the sun.
-    fn shadowed_below(&mut self, origin: DVec3, direction: Vec3, path: f64) -> bool {
-        let direction = direction.as_dvec3();
-        if self.shadowed(origin, direction, path) {
-            return true;
-        }
-        let Some(sun) = self.world.light.sun else {
-            return false;
-        };
-        let out = origin + direction * path;
-        self.shadowed(out, sun.sample(self.sun_point).as_dvec3(), f64::INFINITY)
     }
 
     /// A sphere of water in the air: reflected once, or refracted in and out.

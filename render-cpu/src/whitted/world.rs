@@ -1,5 +1,6 @@
 //! Everything that a ray can meet, and what it meets first.
 
+use super::caustics::Caustics;
 use super::droplets::Spray;
 use super::ground::Ground;
 use super::light::Light;
@@ -60,6 +61,7 @@ pub(super) struct World<'a> {
     pub(super) objects: Vec<Placed>,
     pub(super) spray: Option<Spray>,
     pub(super) foam: Option<&'a Grid<f32>>,
+    pub(super) caustics: Option<&'a Caustics>,
     pub(super) light: &'a Light,
     pub(super) volume: &'a Volume,
     /// Refractive index of the water.

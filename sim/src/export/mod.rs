@@ -30,6 +30,7 @@ mod vtk;
 
 use crate::frame::{Channels, Frame, NonFiniteFrame};
 use crate::grid::{Grid, GridSpec};
+use crate::recording::RecordingError;
 use crate::scene::Scene;
 use crate::source::{FrameSource, Progress, SourceError};
 use std::path::{Path, PathBuf};
@@ -205,7 +206,10 @@ pub fn write(
             Err(source) => {
                 // Only a damaged frame can be passed over, and it is reported once; the same error again is another.
                 let text = source.to_string();
-                let passable = matches!(source, SourceError::Recording(_)) && text != last_damage;
+                let passable = matches!(
+                    source,
+                    SourceError::Recording(RecordingError::DamagedFrame { .. })
+                ) && text != last_damage;
                 if passable && progress(Update::Damaged { done, error: &source }) {
                     last_damage = text;
                     damaged += 1;

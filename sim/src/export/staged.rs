@@ -140,10 +140,13 @@ impl Spool {
         })
     }
 
-    /// Appends bytes.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
-        self.bytes += bytes.len() as u64;
-        self.writer.write_all(bytes).map_err(|e| io_error(&self.path, e))
+    /// Lets `fill` append to the spool.
+    pub(super) fn fill(
+        &mut self,
+        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), ExportError> {
+        let Self { path, writer, bytes } = self;
+        fill(&mut Counting { writer, bytes }).map_err(|e| io_error(path, e))
     }
 
     /// Bytes so far.
@@ -159,6 +162,24 @@ impl Spool {
         file.seek(SeekFrom::Start(0))?;
         io::copy(file, out)?;
         Ok(())
+    }
+}
+
+/// Counts what is written.
+struct Counting<'a> {
+    writer: &'a mut BufWriter<File>,
+    bytes: &'a mut u64,
+}
+
+impl Write for Counting<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.writer.write(bytes)?;
+        *self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
     }
 }
 

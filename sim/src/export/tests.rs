@@ -213,6 +213,25 @@ fn npz_leaves_out_channels_that_are_not_there_and_says_where_no_bed_is() {
             .iter()
             .all(|&g| g == f32::NEG_INFINITY)
     );
+    // A scene without objects asked for their poses: an empty list a frame, not no frames.
+    let none = folder.path().join("none.npz");
+    struct NoBodies(Numbers);
+    impl FrameSource for NoBodies {
+        fn read_into(&mut self, out: &mut Frame) -> Result<Progress, SourceError> {
+            let progress = self.0.read_into(out);
+            out.bodies = Some(Vec::new());
+            progress
+        }
+    }
+    write(
+        Format::Npz,
+        &deep,
+        &mut NoBodies(numbers(Channels::NONE)),
+        &none,
+        &mut |_| true,
+    )
+    .unwrap();
+    assert_eq!(array(&none, "bodies").0, "<f4 (3, 0, 13)");
     let mut zip = zip::ZipArchive::new(fs::File::open(&out).unwrap()).unwrap();
     let names: Vec<String> = (0..zip.len())
         .map(|n| zip.by_index(n).unwrap().name().unwrap().into_owned())
@@ -232,6 +251,8 @@ fn npz_leaves_out_channels_that_are_not_there_and_says_where_no_bed_is() {
 
 /// Positions, normals and triangles of a mesh file that was read back.
 type Mesh = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+type ReadMesh = fn(&Path) -> Mesh;
 
 fn read_obj(path: &Path) -> Mesh {
     let text = fs::read_to_string(path).unwrap();
@@ -295,7 +316,7 @@ fn read_glb(path: &Path) -> Mesh {
 #[test]
 fn meshes_are_the_wet_surface_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
-    let readers: [(Format, fn(&Path) -> Mesh); 3] = [
+    let readers: [(Format, ReadMesh); 3] = [
         (Format::Obj, read_obj),
         (Format::Ply, read_ply),
         (Format::Glb, read_glb),
@@ -435,9 +456,11 @@ fn step_error() -> SourceError {
 }
 
 fn damage() -> SourceError {
-    SourceError::Recording(crate::recording::RecordingError::Io {
+    SourceError::Recording(crate::recording::RecordingError::DamagedFrame {
         path: "run.mrec".into(),
-        source: std::io::ErrorKind::InvalidData.into(),
+        frame: 1,
+        offset: 4096,
+        reason: "its bytes do not have the checksum stored with them".into(),
     })
 }
 

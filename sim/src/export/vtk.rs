@@ -191,6 +191,13 @@ impl Sink for Vtk {
     }
 }
 
+impl Drop for Vtk {
+    /// A failed export may have written nothing; only an empty folder can be removed like this.
+    fn drop(&mut self) {
+        let _ = fs::remove_dir(&self.folder);
+    }
+}
+
 /// Vectors on the plane as vectors in space.
 fn in_space(values: &[Vec2]) -> Vec<Vec3> {
     values.iter().map(|v| Vec3::new(v.x, 0.0, v.y)).collect()

@@ -1,5 +1,7 @@
 //! Triangle meshes of scene objects: primitives and what is loaded from glTF.
 
+#[cfg(test)]
+mod closed;
 mod model;
 mod primitives;
 

@@ -1,7 +1,7 @@
 //! A frame as the payload of a chunk: structure, then its arrays one after the other.
 
 use super::codec::{self, MAX_FRAME_STRUCTURE, StoredFrame, StoredPlane};
-use super::plane::{self, Layout};
+use super::plane::{self, Layout, Task};
 use super::{MAX_BODIES, MAX_DROPLETS};
 use crate::frame::{BodyPose, Channels, Frame};
 use crate::grid::{Grid, GridSpec};
@@ -21,6 +21,8 @@ pub(super) struct PlaneSpec {
     pub(super) layout: Layout,
     /// Whether the tolerance applies; else every bit is kept.
     pub(super) tolerant: bool,
+    /// Whether a frame holds its numbers between those of other arrays.
+    interleaved: bool,
 }
 
 /// The arrays of a frame, in the order in which they are stored.
@@ -28,14 +30,13 @@ pub(super) fn planes(spec: GridSpec, channels: Channels, droplets: usize, bodies
     let grid = Layout::new(spec.len(), spec.width());
     let mut list = Vec::with_capacity(27);
     let mut add = |channel, count, layout, tolerant| {
-        list.extend(std::iter::repeat_n(
-            PlaneSpec {
-                channel,
-                layout,
-                tolerant,
-            },
-            count,
-        ));
+        let spec = PlaneSpec {
+            channel,
+            layout,
+            tolerant,
+            interleaved: count > 1,
+        };
+        list.extend(std::iter::repeat_n(spec, count));
     };
     add("elevation", 1, grid, true);
     for (name, channel) in channels.iter() {
@@ -198,8 +199,8 @@ impl<'a> Structure<'a> {
 
     /// Bytes that the decoded arrays take, with the work array for interleaved ones.
     pub(super) fn decoded_bytes(&self) -> u64 {
-        let arrays = self.specs.iter().map(|s| 4 * s.layout.count as u64);
-        arrays.clone().sum::<u64>() + arrays.max().unwrap_or(0)
+        // At most all of them are interleaved.
+        2 * self.specs.iter().map(|s| 4 * s.layout.count as u64).sum::<u64>()
     }
 
     /// The arrays with what is stored of them.
@@ -217,39 +218,71 @@ impl<'a> Structure<'a> {
     ) -> Result<(), String> {
         out.prepare(spec, channels);
         out.index = self.stored.index;
-        let mut source = PlaneReader {
-            structure: self,
-            next: 0,
-            data: self.data,
-            scratch,
-        };
-        source.scalars(out.elevation.as_mut_slice())?;
+        let droplets = self.stored.droplets as usize;
+        if let Some(d) = &mut out.droplets {
+            d.position.resize(droplets, Vec3::ZERO);
+            d.velocity.resize(droplets, Vec3::ZERO);
+            d.radius.resize(droplets, 0.0);
+        }
+        let mut bodies = vec![[0.0; BODY]; self.stored.bodies as usize];
+        let interleaved = self
+            .specs
+            .iter()
+            .filter(|s| s.interleaved)
+            .map(|s| s.layout.count);
+        scratch.resize(interleaved.sum(), 0.0);
+
+        plane::run(self.tasks(out, scratch)?)?;
+
+        let mut parts = scratch.as_slice();
         for (_, channel) in channels.iter() {
             match channel {
-                Channels::DEPTH => source.scalars(grid_slice(&mut out.depth))?,
-                Channels::FOAM => source.scalars(grid_slice(&mut out.foam))?,
-                Channels::VELOCITY => source.vectors(grid_slice(&mut out.velocity))?,
-                Channels::DISPLACEMENT => source.vectors(grid_slice(&mut out.displacement))?,
+                Channels::VELOCITY => interleave(&mut parts, grid_slice(&mut out.velocity), |v| v.as_mut()),
+                Channels::DISPLACEMENT => {
+                    interleave(&mut parts, grid_slice(&mut out.displacement), |v| v.as_mut())
+                }
                 Channels::DROPLETS => {
-                    let d = out.droplets.get_or_insert_default();
-                    let count = self.stored.droplets as usize;
-                    d.position.resize(count, Vec3::ZERO);
-                    d.velocity.resize(count, Vec3::ZERO);
-                    d.radius.resize(count, 0.0);
-                    source.components(&mut d.position, |v| v.as_mut())?;
-                    source.components(&mut d.velocity, |v| v.as_mut())?;
-                    source.scalars(&mut d.radius)?;
+                    if let Some(d) = &mut out.droplets {
+                        interleave(&mut parts, &mut d.position, |v| v.as_mut());
+                        interleave(&mut parts, &mut d.velocity, |v| v.as_mut());
+                    }
                 }
-                _ => {
-                    let mut rows = vec![[0.0; BODY]; self.stored.bodies as usize];
-                    source.components(&mut rows, |row| row)?;
-                    let bodies = out.bodies.get_or_insert_default();
-                    bodies.clear();
-                    bodies.extend(rows.into_iter().map(body_from_array));
-                }
+                Channels::BODIES => interleave(&mut parts, &mut bodies, |b| b),
+                _ => {}
             }
         }
+        if let Some(out) = &mut out.bodies {
+            out.extend(bodies.into_iter().map(body_from_array));
+        }
         out.check_finite().map_err(|e| e.to_string())
+    }
+
+    /// What is to be done to unpack all arrays.
+    fn tasks<'o>(&self, out: &'o mut Frame, scratch: &'o mut [f32]) -> Result<Vec<Task<'a, 'o>>, String> {
+        // Numbers that stand side by side in a frame are unpacked in place, others into the work array.
+        let own = [
+            Some(out.elevation.as_mut_slice()),
+            out.depth.as_mut().map(Grid::as_mut_slice),
+            out.foam.as_mut().map(Grid::as_mut_slice),
+            out.droplets.as_mut().map(|d| d.radius.as_mut_slice()),
+        ];
+        let mut own = own.into_iter().flatten();
+        let mut free = scratch;
+        let mut data = self.data;
+        let mut tasks = Vec::with_capacity(self.specs.len());
+        for (spec, stored) in self.planes() {
+            let place = if spec.interleaved {
+                let (part, rest) = std::mem::take(&mut free).split_at_mut(spec.layout.count);
+                free = rest;
+                part
+            } else {
+                own.next().unwrap_or_default()
+            };
+            stored
+                .unpack(&mut data, spec.layout, place, &mut tasks)
+                .map_err(|e| format!("channel `{}`: {e}", spec.channel))?;
+        }
+        Ok(tasks)
     }
 }
 
@@ -257,46 +290,13 @@ fn grid_slice<T>(grid: &mut Option<Grid<T>>) -> &mut [T] {
     grid.as_mut().map_or(&mut [], Grid::as_mut_slice)
 }
 
-/// Hands out the arrays of a frame one after the other.
-struct PlaneReader<'a, 's> {
-    structure: &'a Structure<'a>,
-    next: usize,
-    data: &'a [u8],
-    scratch: &'s mut Vec<f32>,
-}
-
-impl PlaneReader<'_, '_> {
-    fn scalars(&mut self, out: &mut [f32]) -> Result<(), String> {
-        let at = self.next;
-        self.next += 1;
-        let (Some(plane), Some(spec)) = (self.structure.stored.planes.get(at), self.structure.specs.get(at))
-        else {
-            return Err("it has too few arrays".to_owned());
-        };
-        plane
-            .unpack(&mut self.data, spec.layout, out)
-            .map_err(|e| format!("channel `{}`: {e}", spec.channel))
-    }
-
-    fn vectors(&mut self, out: &mut [Vec2]) -> Result<(), String> {
-        self.components(out, |v| v.as_mut())
-    }
-
-    /// Fills `N` components of each element from `N` arrays.
-    fn components<T, const N: usize>(
-        &mut self,
-        out: &mut [T],
-        parts: fn(&mut T) -> &mut [f32; N],
-    ) -> Result<(), String> {
-        let mut scratch = std::mem::take(self.scratch);
-        scratch.resize(out.len(), 0.0);
-        for n in 0..N {
-            self.scalars(&mut scratch)?;
-            for (element, &value) in out.iter_mut().zip(&scratch) {
-                parts(element)[n] = value;
-            }
+/// Fills the `N` components of each element from `N` arrays at the front of `parts`, moving it on.
+fn interleave<T, const N: usize>(parts: &mut &[f32], out: &mut [T], component: fn(&mut T) -> &mut [f32; N]) {
+    for n in 0..N {
+        let (values, rest) = parts.split_at(out.len());
+        *parts = rest;
+        for (element, &value) in out.iter_mut().zip(values) {
+            component(element)[n] = value;
         }
-        *self.scratch = scratch;
-        Ok(())
     }
 }

@@ -9,6 +9,7 @@ use crate::scene::description::Description;
 use crate::scene::{Panorama, Scene};
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
+use std::path::Path;
 
 /// Most vertices or triangles of one mesh.
 const MAX_MESH: u32 = 1 << 26;
@@ -25,16 +26,6 @@ pub(super) struct Header {
     pub(super) channels: Channels,
     pub(super) tolerance: f32,
     pub(super) rate: f64,
-}
-
-/// The scene's description as text. The only place that knows how it is written.
-fn description_to_text(description: &Description) -> Result<String, String> {
-    toml::to_string(description).map_err(|e| format!("its description cannot be written as TOML: {e}"))
-}
-
-/// The scene's description from text.
-fn description_from_text(text: &str) -> Result<Description, String> {
-    toml::from_str(text).map_err(|e| format!("the scene's description: {}", e.message()))
 }
 
 /// Appends the payload for `scene` to `out`.
@@ -71,7 +62,7 @@ pub(super) fn encode(scene: &Scene, channels: Channels, out: &mut Vec<u8>) -> Re
     }
     let stored = StoredHeader {
         producer: concat!("meniscus ", env!("CARGO_PKG_VERSION")).to_owned(),
-        scene: description_to_text(&scene.description)?,
+        scene: scene.description.to_toml(),
         grid: scene.grid.into(),
         channels: channels.bits(),
         rate: recording.rate,
@@ -82,9 +73,15 @@ pub(super) fn encode(scene: &Scene, channels: Channels, out: &mut Vec<u8>) -> Re
         has_initial_elevation: scene.initial_elevation.is_some(),
         planes: pack.planes,
     };
+    let start = out.len();
     codec::put(&stored, MAX_HEADER_STRUCTURE, out)?;
     out.extend_from_slice(&pack.data);
-    Ok(())
+    // A scene that a reader would refuse is refused now, while there is nothing to lose.
+    match decode(&out[start..], u64::MAX) {
+        Ok(_) => Ok(()),
+        Err(HeaderError::Damaged(reason)) => Err(reason),
+        Err(HeaderError::TooLarge(bytes)) => Err(format!("its arrays take {bytes} bytes")),
+    }
 }
 
 #[derive(Default)]
@@ -251,16 +248,16 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
         .has_initial_elevation
         .then(|| unpack.grid(grid))
         .transpose()?;
+    let name = Path::new("scene of the recording");
+    let description = Description::from_toml(&stored.scene, name, &[]).map_err(|e| e.to_string())?;
+    let scene =
+        Scene::from_parts(description, terrain, meshes, sky, initial_elevation).map_err(|e| e.to_string())?;
+    if scene.grid != grid {
+        return Err(format!("its grid is {grid:?}, that of its scene {:?}", scene.grid).into());
+    }
     Ok(Header {
         producer: stored.producer,
-        scene: Scene {
-            description: description_from_text(&stored.scene)?,
-            grid,
-            terrain,
-            meshes,
-            sky,
-            initial_elevation,
-        },
+        scene,
         channels,
         tolerance: stored.tolerance,
         rate: stored.rate,
@@ -316,7 +313,9 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
     fn floats(&mut self) -> Result<Vec<f32>, String> {
         let (plane, layout) = self.next()?;
         let mut values = vec![0.0; layout.count];
-        plane.unpack(&mut self.data, layout, &mut values)?;
+        let mut tasks = Vec::new();
+        plane.unpack(&mut self.data, layout, &mut values, &mut tasks)?;
+        plane::run(tasks)?;
         if values.iter().any(|v| !v.is_finite()) {
             return Err("an array holds a value that is not finite".to_owned());
         }
@@ -326,7 +325,9 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
     fn integers(&mut self) -> Result<Vec<u32>, String> {
         let (plane, layout) = self.next()?;
         let mut values = vec![0; layout.count];
-        plane.unpack_integers(&mut self.data, layout, &mut values)?;
+        let mut tasks = Vec::new();
+        plane.unpack_integers(&mut self.data, layout, &mut values, &mut tasks)?;
+        plane::run(tasks)?;
         Ok(values)
     }
 

@@ -5,13 +5,14 @@
 //! opens a file at any stage of its life, also one that was cut or damaged, reads any frame at the cost of decoding
 //! that frame, and names what it could not read. [`ReplaySource`] plays a recording as a [`crate::FrameSource`].
 //!
-//! From the bytes upwards: [`plane`] packs one array of numbers (with [`predict`] and [`quantise`]); [`codec`] the
+//! From the bytes upwards: [`plane`] packs one array of numbers (with [`quantise`], [`predict`] and [`fitted`]); [`codec`] the
 //! structure around arrays; [`frame_payload`] and [`header`] a frame and a scene; [`chunk`] frames both with
 //! checksums; [`index`] and [`scan`] find the frames of a file.
 
 mod chunk;
 mod codec;
 mod error;
+mod fitted;
 mod frame_payload;
 mod header;
 mod index;

@@ -4,7 +4,8 @@
 //! number of them.
 
 use super::codec::{StoredBand, StoredPlane};
-use super::predict::{self, Predictor};
+use super::fitted::{self, Weights};
+use super::predict;
 use super::quantise::Quantiser;
 use pco::wrapped::{FileCompressor, FileDecompressor};
 use pco::{ChunkConfig, DeltaSpec, ModeSpec, PagingSpec};
@@ -12,6 +13,8 @@ use rayon::prelude::*;
 
 /// Numbers in a band, unless a row is longer than half of it.
 const BAND: usize = 1 << 17;
+/// Numbers from which on several threads are put to work: fewer take less time than waking a thread.
+const PARALLEL: usize = 1 << 15;
 /// Fewest bytes that a band can take: bounds what a small file can make the reader allocate.
 const MIN_BAND_BYTES: u32 = 4;
 /// Effort of pco: 16 bins. More gains under 1 % after prediction.
@@ -54,16 +57,78 @@ impl Layout {
     }
 }
 
-/// Maps f32 to integers of the same order, and back (it is its own inverse).
-fn ordered(bits: i32) -> i32 {
+/// Maps the bits of f32 to integers of the same order, and back (it is its own inverse).
+pub(super) fn ordered(bits: i32) -> i32 {
     bits ^ ((bits >> 31) as u32 >> 1) as i32
+}
+
+/// How the numbers of an array become the integers that are predicted.
+#[derive(Clone, Copy, Debug)]
+enum Mapping {
+    /// f32 to integers of the same order.
+    Ordered,
+    /// f32 to multiples of a step.
+    Quantised(Quantiser),
+    /// u32 as they are.
+    Whole,
+}
+
+impl Mapping {
+    /// Maps the 32-bit patterns of a band; returns the largest error.
+    fn apply(self, band: &[u32], codes: &mut Vec<i32>) -> f64 {
+        codes.clear();
+        match self {
+            Self::Ordered => codes.extend(band.iter().map(|&b| ordered(b as i32))),
+            Self::Whole => codes.extend(band.iter().map(|&b| b as i32)),
+            Self::Quantised(quantiser) => {
+                let values: &[f32] = bytemuck::cast_slice(band);
+                quantiser.quantise(values, codes);
+                return quantiser.largest_error(values, codes);
+            }
+        }
+        0.0
+    }
+
+    /// Turns integers back into 32-bit patterns, in place.
+    fn undo(self, codes: &mut [i32]) {
+        match self {
+            Self::Ordered => codes.iter_mut().for_each(|c| *c = ordered(*c)),
+            Self::Whole => {}
+            Self::Quantised(quantiser) => codes
+                .iter_mut()
+                .for_each(|c| *c = quantiser.value(*c).to_bits() as i32),
+        }
+    }
+
+    fn fit(self, codes: &[i32], row: usize) -> Option<Weights> {
+        match self {
+            Self::Ordered => fitted::fit(fitted::Ordered, codes, row),
+            _ => fitted::fit(fitted::Whole, codes, row),
+        }
+    }
+
+    fn subtract(self, weights: &Weights, codes: &mut [i32], row: usize) {
+        match self {
+            Self::Ordered => fitted::subtract(fitted::Ordered, weights, codes, row),
+            _ => fitted::subtract(fitted::Whole, weights, codes, row),
+        }
+    }
+
+    fn restore(self, weights: &Weights, residuals: &mut [i32], row: usize) {
+        match self {
+            Self::Ordered => fitted::restore(fitted::Ordered, weights, residuals, row),
+            _ => fitted::restore(fitted::Whole, weights, residuals, row),
+        }
+    }
 }
 
 /// Work arrays of one thread.
 #[derive(Default)]
 struct Scratch {
     codes: Vec<i32>,
-    residuals: Vec<i32>,
+    gradient: Vec<i32>,
+    fitted: Vec<i32>,
+    sample: Vec<i32>,
 }
 
 struct PackedBand {
@@ -79,33 +144,20 @@ pub(super) fn pack(
     tolerance: f32,
     data: &mut Vec<u8>,
 ) -> Result<StoredPlane, String> {
+    let bits = bytemuck::cast_slice(values);
     let quantiser = (tolerance > 0.0)
         .then(|| values.iter().fold(0.0_f32, |m, v| m.max(v.abs())))
         .and_then(|max_abs| Quantiser::new(tolerance, max_abs));
     if let Some(quantiser) = quantiser {
-        let codes = |band: &[u32], codes: &mut Vec<i32>| {
-            let values: &[f32] = bytemuck::cast_slice(band);
-            quantiser.quantise(values, codes);
-            quantiser.largest_error(values, codes)
-        };
         let start = data.len();
-        let stored = pack_codes(bytemuck::cast_slice(values), layout, codes, data)?;
+        let stored = pack_bits(bits, layout, Mapping::Quantised(quantiser), data)?;
         // The bound holds by construction; that it does is measured, not believed.
         if stored.max_error <= tolerance {
-            return Ok(StoredPlane {
-                encoding: QUANTISED,
-                step: quantiser.step(),
-                ..stored
-            });
+            return Ok(stored);
         }
         data.truncate(start);
     }
-    let codes = |band: &[u32], codes: &mut Vec<i32>| {
-        codes.clear();
-        codes.extend(band.iter().map(|&b| ordered(b as i32)));
-        0.0
-    };
-    pack_codes(bytemuck::cast_slice(values), layout, codes, data)
+    pack_bits(bits, layout, Mapping::Ordered, data)
 }
 
 /// Packs u32 to the end of `data`.
@@ -114,66 +166,88 @@ pub(super) fn pack_integers(
     layout: Layout,
     data: &mut Vec<u8>,
 ) -> Result<StoredPlane, String> {
-    let codes = |band: &[u32], codes: &mut Vec<i32>| {
-        codes.clear();
-        codes.extend(band.iter().map(|&v| v as i32));
-        0.0
+    pack_bits(values, layout, Mapping::Whole, data)
+}
+
+fn pack_bits(
+    bits: &[u32],
+    layout: Layout,
+    mapping: Mapping,
+    data: &mut Vec<u8>,
+) -> Result<StoredPlane, String> {
+    let pack = |scratch: &mut Scratch, band: &[u32]| {
+        let error = mapping.apply(band, &mut scratch.codes);
+        pack_band(scratch, layout.row, mapping, error)
     };
+    let bands: Vec<PackedBand> = if bits.len() >= PARALLEL {
+        let bands = bits.par_chunks(layout.band).map_init(Scratch::default, pack);
+        bands.collect::<Result<_, _>>()?
+    } else {
+        let mut scratch = Scratch::default();
+        let bands = bits.chunks(layout.band).map(|band| pack(&mut scratch, band));
+        bands.collect::<Result<_, _>>()?
+    };
+    let (encoding, step) = match mapping {
+        Mapping::Ordered => (LOSSLESS, 0.0),
+        Mapping::Quantised(quantiser) => (QUANTISED, quantiser.step()),
+        Mapping::Whole => (INTEGER, 0.0),
+    };
+    let max_error = bands.iter().map(|b| b.error).fold(0.0, f64::max);
+    // Rounded up, so that the stored error is a bound.
+    let mut rounded = max_error as f32;
+    if f64::from(rounded) < max_error {
+        rounded = rounded.next_up();
+    }
+    for band in &bands {
+        data.extend_from_slice(&band.bytes);
+    }
     Ok(StoredPlane {
-        encoding: INTEGER,
-        ..pack_codes(values, layout, codes, data)?
+        encoding,
+        step,
+        max_error: rounded,
+        bands: bands.iter().map(|b| b.stored).collect(),
     })
 }
 
-/// Packs the integers that `codes` makes of each band; it returns the largest error of doing so.
-fn pack_codes(
-    values: &[u32],
-    layout: Layout,
-    codes: impl Fn(&[u32], &mut Vec<i32>) -> f64 + Sync,
-    data: &mut Vec<u8>,
-) -> Result<StoredPlane, String> {
-    let pack_band = |scratch: &mut Scratch, band: &[u32]| {
-        let error = codes(band, &mut scratch.codes);
-        pack_band(scratch, layout.row, error)
-    };
-    let bands: Vec<PackedBand> = values
-        .par_chunks(layout.band)
-        .map_init(Scratch::default, pack_band)
-        .collect::<Result<_, _>>()?;
-    let mut plane = StoredPlane {
-        encoding: LOSSLESS,
-        step: 0.0,
-        max_error: 0.0,
-        bands: Vec::with_capacity(bands.len()),
-    };
-    let mut max_error = 0.0_f64;
-    for band in bands {
-        data.extend_from_slice(&band.bytes);
-        plane.bands.push(band.stored);
-        max_error = max_error.max(band.error);
+fn pack_band(scratch: &mut Scratch, row: usize, mapping: Mapping, error: f64) -> Result<PackedBand, String> {
+    let Scratch {
+        codes,
+        gradient,
+        fitted,
+        sample,
+    } = scratch;
+    let mut bytes = Vec::new();
+    let mut best = (predict::estimated_bits(codes, sample), predict::NONE, &*codes);
+    predict::gradient_residuals(codes, row, gradient);
+    let bits = predict::estimated_bits(gradient, sample);
+    if bits < best.0 {
+        best = (bits, predict::GRADIENT, gradient);
     }
-    // Rounded up, so that the stored error is a bound.
-    plane.max_error = max_error as f32;
-    if f64::from(plane.max_error) < max_error {
-        plane.max_error = plane.max_error.next_up();
+    let weights = fitted::applies(codes.len(), row)
+        .then(|| mapping.fit(codes, row))
+        .flatten();
+    if let Some(weights) = weights {
+        // The first rows have too few neighbours above them.
+        let head = fitted::REACH * row;
+        fitted.clear();
+        fitted.extend_from_slice(codes);
+        mapping.subtract(&weights, fitted, row);
+        fitted[..head].copy_from_slice(&gradient[..head]);
+        let own = 8.0 * size_of::<Weights>() as f64 / codes.len() as f64;
+        let bits = predict::estimated_bits(fitted, sample) + own;
+        if bits < best.0 {
+            best = (bits, predict::FITTED, fitted);
+            weights
+                .iter()
+                .for_each(|w| bytes.extend_from_slice(&w.to_le_bytes()));
+        }
     }
-    Ok(plane)
-}
-
-fn pack_band(scratch: &mut Scratch, row: usize, error: f64) -> Result<PackedBand, String> {
-    let codes = &scratch.codes;
-    predict::gradient_residuals(codes, row, &mut scratch.residuals);
-    let gradient = predict::estimated_bits(&scratch.residuals) <= predict::estimated_bits(codes);
-    let (predictor, numbers) = if gradient {
-        (Predictor::Gradient, &scratch.residuals)
-    } else {
-        (Predictor::None, codes)
-    };
-    let bytes = compress(numbers).map_err(|e| e.to_string())?;
+    let (_, predictor, numbers) = best;
+    compress(numbers, &mut bytes).map_err(|e| e.to_string())?;
     let length = u32::try_from(bytes.len()).map_err(|e| e.to_string())?;
     Ok(PackedBand {
         stored: StoredBand {
-            predictor: predictor.code(),
+            predictor,
             length,
             crc: crc32fast::hash(bytemuck::cast_slice(codes)),
         },
@@ -182,7 +256,7 @@ fn pack_band(scratch: &mut Scratch, row: usize, error: f64) -> Result<PackedBand
     })
 }
 
-fn compress(numbers: &[i32]) -> Result<Vec<u8>, pco::errors::PcoError> {
+fn compress(numbers: &[i32], bytes: &mut Vec<u8>) -> Result<(), pco::errors::PcoError> {
     // Prediction is done; pco's own searches for structure would cost time and gain nothing.
     let config = ChunkConfig::default()
         .with_compression_level(LEVEL)
@@ -191,11 +265,11 @@ fn compress(numbers: &[i32]) -> Result<Vec<u8>, pco::errors::PcoError> {
         .with_paging_spec(PagingSpec::Exact(vec![numbers.len()]));
     let file = FileCompressor::default();
     let mut chunk = file.chunk_compressor(numbers, &config)?;
-    let mut bytes = Vec::with_capacity(PCO_HEADER + chunk.meta_size_hint() + chunk.page_size_hint(0));
-    file.write_header(&mut bytes)?;
-    chunk.write_meta(&mut bytes)?;
-    chunk.write_page(0, &mut bytes)?;
-    Ok(bytes)
+    bytes.reserve(PCO_HEADER + chunk.meta_size_hint() + chunk.page_size_hint(0));
+    file.write_header(&mut *bytes)?;
+    chunk.write_meta(&mut *bytes)?;
+    chunk.write_page(0, &mut *bytes)?;
+    Ok(())
 }
 
 /// Inverse of [`compress`]; `bytes` must hold exactly `numbers.len()` numbers.
@@ -226,34 +300,45 @@ impl StoredPlane {
         if self.bands.iter().any(|b| b.length < MIN_BAND_BYTES) {
             return Err("an array has a band without data".to_owned());
         }
+        if self.encoding != QUANTISED && self.step != 0.0 {
+            return Err(format!(
+                "an array that is not quantised has the step {}",
+                self.step
+            ));
+        }
+        if !(self.max_error.is_finite() && self.max_error >= 0.0) {
+            return Err(format!("an array has the impossible error {}", self.max_error));
+        }
         Ok(self.bands.iter().map(|b| u64::from(b.length)).sum())
     }
 
-    /// Unpacks f32 from the front of `data`, moving it on. `out` is as long as the layout says.
-    pub(super) fn unpack(&self, data: &mut &[u8], layout: Layout, out: &mut [f32]) -> Result<(), String> {
-        let out: &mut [i32] = bytemuck::cast_slice_mut(out);
-        match self.encoding {
-            LOSSLESS => self.unpack_codes(data, layout, out, |codes| {
-                codes.iter_mut().for_each(|c| *c = ordered(*c));
-            }),
+    /// What is to be done to unpack f32 from the front of `data`, which is moved on. `out` is as long as the layout
+    /// says.
+    pub(super) fn unpack<'d, 'o>(
+        &self,
+        data: &mut &'d [u8],
+        layout: Layout,
+        out: &'o mut [f32],
+        tasks: &mut Vec<Task<'d, 'o>>,
+    ) -> Result<(), String> {
+        let mapping = match self.encoding {
+            LOSSLESS => Mapping::Ordered,
             QUANTISED => {
-                let quantiser = Quantiser::from_step(self.step).ok_or("an array has an impossible step")?;
-                self.unpack_codes(data, layout, out, |codes| {
-                    codes
-                        .iter_mut()
-                        .for_each(|c| *c = quantiser.value(*c).to_bits() as i32);
-                })
+                Mapping::Quantised(Quantiser::from_step(self.step).ok_or("an array has an impossible step")?)
             }
-            other => Err(format!("an array of numbers has the unknown encoding {other}")),
-        }
+            other => return Err(format!("an array of numbers has the unknown encoding {other}")),
+        };
+        self.unpack_bits(data, layout, mapping, bytemuck::cast_slice_mut(out), tasks)
     }
 
-    /// Unpacks u32 from the front of `data`, moving it on. `out` is as long as the layout says.
-    pub(super) fn unpack_integers(
+    /// What is to be done to unpack u32 from the front of `data`, which is moved on. `out` is as long as the layout
+    /// says.
+    pub(super) fn unpack_integers<'d, 'o>(
         &self,
-        data: &mut &[u8],
+        data: &mut &'d [u8],
         layout: Layout,
-        out: &mut [u32],
+        out: &'o mut [u32],
+        tasks: &mut Vec<Task<'d, 'o>>,
     ) -> Result<(), String> {
         if self.encoding != INTEGER {
             return Err(format!(
@@ -261,45 +346,182 @@ impl StoredPlane {
                 self.encoding
             ));
         }
-        self.unpack_codes(data, layout, bytemuck::cast_slice_mut(out), |_| {})
+        self.unpack_bits(data, layout, Mapping::Whole, bytemuck::cast_slice_mut(out), tasks)
     }
 
-    fn unpack_codes(
+    fn unpack_bits<'d, 'o>(
         &self,
-        data: &mut &[u8],
+        data: &mut &'d [u8],
         layout: Layout,
-        out: &mut [i32],
-        finish: impl Fn(&mut [i32]) + Sync,
+        mapping: Mapping,
+        out: &'o mut [i32],
+        tasks: &mut Vec<Task<'d, 'o>>,
     ) -> Result<(), String> {
-        let mut parts = Vec::with_capacity(self.bands.len());
-        for band in &self.bands {
+        for (&band, out) in self.bands.iter().zip(out.chunks_mut(layout.band)) {
             let (bytes, rest) = data
                 .split_at_checked(band.length as usize)
                 .ok_or("an array ends before its data")?;
             *data = rest;
-            parts.push((band, bytes));
+            tasks.push(Task {
+                band,
+                bytes,
+                row: layout.row,
+                mapping,
+                out,
+            });
         }
-        parts
-            .into_par_iter()
-            .zip(out.par_chunks_mut(layout.band))
-            .try_for_each(|((band, bytes), out)| {
-                unpack_band(*band, bytes, layout.row, out)?;
-                finish(out);
-                Ok(())
-            })
+        Ok(())
     }
 }
 
-fn unpack_band(band: StoredBand, bytes: &[u8], row: usize, out: &mut [i32]) -> Result<(), String> {
-    let predictor = Predictor::from_code(band.predictor)
-        .ok_or_else(|| format!("it has the unknown predictor {}", band.predictor))?;
-    decompress(bytes, out)?;
-    match predictor {
-        Predictor::None => {}
-        Predictor::Gradient => predict::restore_gradient(out, row),
+/// A band that is to be unpacked.
+pub(super) struct Task<'d, 'o> {
+    band: StoredBand,
+    bytes: &'d [u8],
+    row: usize,
+    mapping: Mapping,
+    out: &'o mut [i32],
+}
+
+/// Unpacks bands, in parallel where that pays.
+pub(super) fn run(tasks: Vec<Task<'_, '_>>) -> Result<(), String> {
+    let numbers: usize = tasks.iter().map(|t| t.out.len()).sum();
+    if tasks.len() > 1 && numbers >= PARALLEL {
+        tasks.into_par_iter().try_for_each(unpack_band)
+    } else {
+        tasks.into_iter().try_for_each(unpack_band)
+    }
+}
+
+fn unpack_band(task: Task<'_, '_>) -> Result<(), String> {
+    let Task {
+        band,
+        bytes,
+        row,
+        mapping,
+        out,
+    } = task;
+    match band.predictor {
+        predict::NONE => decompress(bytes, out)?,
+        predict::GRADIENT => {
+            decompress(bytes, out)?;
+            predict::restore_gradient(out, row);
+        }
+        predict::FITTED if fitted::applies(out.len(), row) => {
+            let (stored, bytes) = bytes
+                .split_at_checked(size_of::<Weights>())
+                .ok_or("a band ends before its weights")?;
+            let mut weights = [0.0; fitted::TAPS];
+            for (weight, bytes) in weights.iter_mut().zip(stored.as_chunks::<4>().0) {
+                *weight = f32::from_le_bytes(*bytes);
+            }
+            decompress(bytes, out)?;
+            predict::restore_gradient(&mut out[..fitted::REACH * row], row);
+            mapping.restore(&weights, out, row);
+        }
+        other => return Err(format!("a band has the unknown predictor {other}")),
     }
     if crc32fast::hash(bytemuck::cast_slice(out)) != band.crc {
-        return Err("its decoded values do not have the checksum stored with them".to_owned());
+        return Err("decoded values do not have the checksum stored with them".to_owned());
     }
+    mapping.undo(out);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    fn round_trip(values: &[f32], row: usize, tolerance: f32) -> Vec<f32> {
+        let layout = Layout::new(values.len(), row);
+        let mut data = Vec::new();
+        let plane = pack(values, layout, tolerance, &mut data).unwrap();
+        assert_eq!(plane.check(layout).unwrap(), data.len() as u64);
+        let mut out = vec![1.0; values.len()];
+        let (mut rest, mut tasks) = (data.as_slice(), Vec::new());
+        plane.unpack(&mut rest, layout, &mut out, &mut tasks).unwrap();
+        run(tasks).unwrap();
+        assert!(rest.is_empty());
+        out
+    }
+
+    #[test]
+    fn arrays_of_any_shape_come_back() {
+        let mut rng = Rng::new(2, 2);
+        for (count, row) in [
+            (0, 0),
+            (0, 5),
+            (1, 1),
+            (1, 9),
+            (2, 1),
+            (300, 1),
+            (300, 300),
+            (2500, 50),
+            (2501, 50),
+            (70_000, 7),
+        ] {
+            let values: Vec<f32> = (0..count)
+                .map(|k| (0.1 * (k % row.max(1)) as f32).sin() + 1e-3 * rng.normal() as f32)
+                .collect();
+            let same = round_trip(&values, row, 0.0);
+            assert!(
+                same.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()),
+                "{count} {row}"
+            );
+            let near = round_trip(&values, row, 1e-3);
+            assert!(
+                near.iter().zip(&values).all(|(a, b)| (a - b).abs() <= 1e-3),
+                "{count} {row}"
+            );
+        }
+    }
+
+    #[test]
+    fn integers_come_back() {
+        let mut rng = Rng::new(2, 3);
+        let values: Vec<u32> = (0..5000)
+            .map(|k| if k % 7 == 0 { rng.next_u64() as u32 } else { 3 * k })
+            .collect();
+        let layout = Layout::new(values.len(), 100);
+        let mut data = Vec::new();
+        let plane = pack_integers(&values, layout, &mut data).unwrap();
+        let mut out = vec![0; values.len()];
+        let mut tasks = Vec::new();
+        plane
+            .unpack_integers(&mut data.as_slice(), layout, &mut out, &mut tasks)
+            .unwrap();
+        run(tasks).unwrap();
+        assert_eq!(out, values);
+        // Neither kind is taken for the other.
+        assert!(
+            plane
+                .unpack(&mut data.as_slice(), layout, &mut [0.0; 5000], &mut Vec::new())
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn bands_are_whole_rows() {
+        for (count, row, bands) in [
+            (1 << 18, 512, 2),
+            (1000 * 1000, 1000, 8),
+            (1 << 20, 1 << 20, 8),
+            (1, 1, 1),
+            (0, 1, 0),
+        ] {
+            let layout = Layout::new(count, row);
+            assert_eq!(layout.bands(), bands, "{count} {row}");
+            assert_eq!(layout.band % layout.row, 0);
+            assert!(layout.band <= BAND);
+        }
+    }
+
+    #[test]
+    fn order_is_kept_and_undone() {
+        let values = [f32::NEG_INFINITY, -2.0, -1e-40, -0.0, 0.0, 1e-40, 1.0, f32::MAX];
+        let codes = values.map(|v| ordered(v.to_bits() as i32));
+        assert!(codes.is_sorted());
+        assert_eq!(codes.map(|c| ordered(c) as u32), values.map(f32::to_bits));
+    }
 }

@@ -43,9 +43,8 @@ impl Quantiser {
         self.step
     }
 
-    /// The integers that stand for `values`.
+    /// Appends the integers that stand for `values`.
     pub(super) fn quantise(self, values: &[f32], out: &mut Vec<i32>) {
-        out.clear();
         out.extend(
             values
                 .iter()

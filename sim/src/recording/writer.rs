@@ -121,6 +121,8 @@ impl Writer {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|n| format!("meniscus-encode-{n}"))
+            // Without a handler rayon would end the process; the writing thread notices the frame that never comes.
+            .panic_handler(|_| {})
             .build()
             .map_err(|e| io(std::io::Error::other(e)))?;
         let frame_bytes = 4 * scene.grid.len() * frame_payload::planes(scene.grid, channels, 0, 0).len();
@@ -396,7 +398,6 @@ impl Output {
     /// Writes frames in the order in which they were pushed, until there are no more or one fails.
     fn run(&mut self, incoming: &Receiver<Receiver<Packed>>, shared: &Shared) {
         for promise in incoming {
-            // An encoder that is gone without a frame was refused by the system (no thread, no memory).
             let packed = promise.recv().map_err(|_| "encoding was interrupted".to_owned());
             let result = packed.and_then(|p| p.encoded.map(|e| (p.bytes, p.time, e)));
             let outcome = match result {

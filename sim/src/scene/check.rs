@@ -53,8 +53,7 @@ fn table(
                 }
             }
             None => {
-                let (message, remedy) = unknown_key(name, keys, siblings);
-                report.at(&at, message, remedy);
+                report.at_lazily(&at, || unknown_key(name, keys, siblings));
             }
         }
     }
@@ -324,8 +323,9 @@ const AXIS_AND_ANGLE: &[Key] = &[
 ];
 
 fn axis_and_angle(entries: &BTreeMap<String, Node>, path: &str, report: &mut Report) -> Option<Toml> {
+    let before = report.unusable_count();
     let parts = table(entries, AXIS_AND_ANGLE, &[], path, report);
-    if !report.usable(&[path]) {
+    if report.unusable_count() > before {
         return None;
     }
     let axis: Vec<f64> = parts

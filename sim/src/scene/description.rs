@@ -315,8 +315,11 @@ pub enum WaveScheme {
     /// Leap-frog, second order, with a Courant limit.
     #[default]
     Explicit,
-    /// Alternating directions after Kass & Miller 1990, stable at any step.
+    /// Alternating directions after Kass & Miller 1990, stable at any step; second order, conserves energy.
     Implicit,
+    /// The same stepped backwards in time, as Kass & Miller did: first order, damps waves that the step is too long
+    /// for.
+    ImplicitDamped,
 }
 
 /// Parameters of procedural waves.

@@ -127,6 +127,9 @@ fn describe(text: &str, file_name: &Path, overrides: &[String], report: &mut Rep
     }
     report.set_document(root.clone());
     let table = check::scene(&root, schema::SCENE, report);
+    if report.is_full() {
+        return None;
+    }
     match table.try_into::<Description>() {
         Ok(description) => {
             validate::description(&description, report);

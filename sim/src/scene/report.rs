@@ -65,6 +65,27 @@ impl Report {
         });
     }
 
+    /// Whether there are so many problems that further ones are only counted. What was checked one by one so far ends
+    /// here: checking what remains against every problem would take time that grows with the square of their number.
+    pub(crate) fn is_full(&self) -> bool {
+        self.problems.len() >= MOST
+    }
+
+    /// Number of values marked unusable so far.
+    pub(crate) fn unusable_count(&self) -> usize {
+        self.unusable.len()
+    }
+
+    /// As [`Self::at`]; message and remedy are only made if they will be told.
+    pub(crate) fn at_lazily(&mut self, path: &str, text: impl FnOnce() -> (String, String)) {
+        if self.is_full() {
+            self.untold += 1;
+        } else {
+            let (message, remedy) = text();
+            self.at(path, message, remedy);
+        }
+    }
+
     /// As [`Self::at`]; the value at `path` is then not used for anything else.
     pub(crate) fn unusable(&mut self, path: &str, message: impl Into<String>, remedy: impl Into<String>) {
         self.at(path, message, remedy);

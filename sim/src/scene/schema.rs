@@ -276,7 +276,7 @@ const SOLVER: &[Variant] = &[
         "wave-equation",
         &[
             required("spacing", POSITIVE_LENGTH),
-            optional("scheme", Choice(&["explicit", "implicit"])),
+            optional("scheme", Choice(&["explicit", "implicit", "implicit-damped"])),
             optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
             optional("depth", POSITIVE_LENGTH),
             optional("damping", Number(Rate, NOT_NEGATIVE)),

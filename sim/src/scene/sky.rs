@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 2 << 30;
-/// Share of a picture's mean by which a pixel may be below 0.
-const MOST_NEGATIVE: f64 = 0.25;
+/// Share of a picture's brightest value by which a pixel may be below 0.
+const MOST_NEGATIVE: f32 = 0.25;
 
 /// Why a sky picture cannot be used.
 #[derive(Debug)]
@@ -93,9 +93,9 @@ impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
 
-    /// Reads an equirectangular OpenEXR picture. Slightly negative radiance, which the resampling of pictures leaves
-    /// behind, becomes 0, with a warning in the log; more than a quarter of the picture's mean is refused, as NaN and
-    /// infinity are.
+    /// Reads an equirectangular OpenEXR picture. Negative radiance, which the resampling of pictures leaves
+    /// behind about a sun, becomes 0, with a warning in the log; more than a quarter of the brightest value is refused,
+    /// as NaN and infinity are.
     ///
     /// # Errors
     /// [`SkyError`]
@@ -118,13 +118,14 @@ impl Panorama {
             return Err(SkyError::Shape { file: file(), size });
         }
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
-        // Resampling leaves dark rings about the sun that reach below 0, by little beside the sky's mean.
-        let mean = pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>() / (3 * pixels.len()) as f64;
-        let lowest = if mean.is_finite() {
-            (-MOST_NEGATIVE * mean) as f32
-        } else {
-            0.0
-        };
+        // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
+        // fifth of the sun's own value.
+        let brightest = pixels
+            .iter()
+            .map(|p| p.max_element())
+            .filter(|v| v.is_finite())
+            .fold(0.0, f32::max);
+        let lowest = -MOST_NEGATIVE * brightest;
         if let Some(k) = pixels
             .iter()
             .position(|p| !(p.is_finite() && p.min_element() >= lowest))
@@ -139,7 +140,7 @@ impl Panorama {
         let negative = pixels.iter().filter(|p| p.min_element() < 0.0).count();
         if negative > 0 {
             tracing::warn!(
-                "{}: {negative} pixels with slightly negative radiance were set to 0",
+                "{}: {negative} pixels with negative radiance were set to 0",
                 path.display()
             );
             pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
@@ -210,7 +211,7 @@ mod tests {
         };
         assert_eq!(message(2.5), Ok(2.5));
         assert_eq!(message(-0.01), Ok(0.0));
-        for bad in [f32::NAN, f32::INFINITY, -0.5] {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5] {
             assert!(
                 message(bad)
                     .unwrap_err()

@@ -12,6 +12,8 @@ use std::f32::consts::TAU;
 
 /// Most frames of a recording.
 const MAX_FRAMES: f64 = 1e7;
+/// Most objects: a sphere holds a tenth of a megabyte.
+const MAX_OBJECTS: usize = 1000;
 
 /// Reports what can be told without any other file.
 pub(super) fn description(d: &Description, report: &mut Report) {
@@ -32,6 +34,10 @@ pub(super) fn description(d: &Description, report: &mut Report) {
             format!("a part of {w} x {h} pixels is too small"),
             "write [x, y, width, height] with at least 2 pixels a side",
         );
+    }
+    if d.objects.len() > MAX_OBJECTS {
+        let message = format!("there are {} objects", d.objects.len());
+        report.unusable("object", message, format!("write at most {MAX_OBJECTS}"));
     }
     unique(d.objects.iter().map(|o| o.name.as_str()), "object", report);
     unique(d.cameras.iter().map(|c| c.name.as_str()), "camera", report);

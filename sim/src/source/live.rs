@@ -2,11 +2,10 @@
 
 use super::{FrameSource, Progress, SourceError};
 use crate::events::{Action, EventError, Schedule};
-use crate::frame::{BodyPose, Channels, Frame};
+use crate::frame::{Channels, Frame};
 use crate::scene::Scene;
-use crate::scene::description::{Motion, Object};
+use crate::scene::description::Object;
 use crate::solver::{Solver, StepError, StepReport};
-use glam::Quat;
 
 /// Share of a frame's duration below which two moments count as the same: steps are `f32`, so the solver's clock is
 /// off by their rounding (and corrected by the next step).
@@ -141,7 +140,7 @@ impl FrameSource for LiveSource {
         let poses = self.channels() - self.solver.offers();
         self.solver.extract(self.channels - poses, out);
         if poses.contains(Channels::BODIES) {
-            out.bodies = Some(self.objects.iter().map(|o| pose_at(o, time)).collect());
+            out.bodies = Some(self.objects.iter().map(|o| o.pose_at(time)).collect());
         }
         out.time = time;
         out.index = self.next;
@@ -168,40 +167,5 @@ fn merge(before: StepReport, after: StepReport) -> StepReport {
         froude: before.froude.max(after.froude),
         clamps: before.clamps.saturating_add(after.clamps),
         ..after
-    }
-}
-
-/// Pose of an object that the water does not move.
-fn pose_at(object: &Object, time: f64) -> BodyPose {
-    let rest = BodyPose {
-        position: object.position,
-        rotation: object.rotation,
-        ..BodyPose::default()
-    };
-    let Motion::Path { points } = &object.motion else {
-        return rest;
-    };
-    let after = points.partition_point(|p| p.time <= time);
-    match (
-        after.checked_sub(1).and_then(|k| points.get(k)),
-        points.get(after),
-    ) {
-        (Some(a), Some(b)) => {
-            let span = b.time - a.time;
-            let share = ((time - a.time) / span) as f32;
-            let turn: Quat = b.rotation * a.rotation.inverse();
-            BodyPose {
-                position: a.position.lerp(b.position, share),
-                rotation: a.rotation.slerp(b.rotation, share),
-                velocity: (b.position - a.position) / span as f32,
-                angular_velocity: turn.to_scaled_axis() / span as f32,
-            }
-        }
-        (Some(p), None) | (None, Some(p)) => BodyPose {
-            position: p.position,
-            rotation: p.rotation,
-            ..BodyPose::default()
-        },
-        (None, None) => rest,
     }
 }

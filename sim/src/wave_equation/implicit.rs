@@ -49,29 +49,63 @@ pub(super) fn steps(medium: &Medium, state: &mut State, work: &mut Work, dt: f64
     }
 }
 
+/// How the flux through a face answers to a surface held at its mean over the step: it relaxes at a rate r towards
+/// −drive · (difference of elevation)/r, and that is solved exactly. Inner faces relax by damping alone.
+#[derive(Clone, Copy)]
+struct Answer {
+    /// Share of the flux before in the mean flux over the step.
+    mean: f64,
+    /// Mean flux per difference of elevation and drive, seconds.
+    gain: f64,
+    /// Share of the flux before in the flux after.
+    end: f64,
+    /// Distance of the flux after from its share, over that of the mean flux from its.
+    ratio: f64,
+}
+
+impl Answer {
+    /// The answer over `duration` seconds. θ shifts the mean flux from the true mean (½) to the flux after (1).
+    fn new(rate: f64, duration: f64, theta: f64) -> Self {
+        let x = rate * duration;
+        let end = (-x).exp();
+        // (1 − e^{−x})/x and (x − 1 + e^{−x})/x², by series where they cancel.
+        let (first, second) = if x < 1e-3 {
+            (1.0 - x / 2.0 + x * x / 6.0, 0.5 - x / 6.0 + x * x / 24.0)
+        } else {
+            let first = -(-x).exp_m1() / x;
+            (first, (1.0 - first) / x)
+        };
+        let shift = 2.0 * theta - 1.0;
+        // 1 − mean = x · lost.
+        let lost = second + shift * (first - second);
+        Self {
+            mean: 1.0 - x * lost,
+            gain: duration * lost,
+            end,
+            ratio: first / lost,
+        }
+    }
+
+    /// Flux after the step from the one before and the mean.
+    fn after(&self, before: f32, mean: f64) -> f32 {
+        let before = f64::from(before);
+        (self.end * before + self.ratio * (mean - self.mean * before)) as f32
+    }
+}
+
+/// The face of an open edge: its answer and its drive, m/s².
+type Outlet = (Answer, f64);
+
 /// A one-dimensional step along one direction.
 struct Sweep<'a> {
     medium: &'a Medium,
-    /// Seconds.
-    duration: f64,
-    theta: f64,
-    /// θ · duration / spacing, s/m.
+    /// Duration over spacing, s/m.
+    scale: f64,
+    /// The same times θ.
     reach: f64,
-    /// Factor of damping over half the duration: before and after the step.
-    keep: f64,
-    /// For each open edge and each of its samples.
+    inner: Answer,
+    /// For each open edge and each of its samples. The flux relaxes to ±cη, as in an explicit step.
     open: [Vec<Outlet>; 4],
-}
-
-/// The face of an open edge: q relaxes to ±cη at rate 2c/spacing, solved exactly for a constant mean elevation.
-#[derive(Clone, Copy)]
-struct Outlet {
-    /// Share of the flux before in the mean over the step.
-    mean: f64,
-    /// Share of the flux before in the flux after.
-    end: f64,
-    /// Speed, m/s.
-    speed: f64,
 }
 
 impl<'a> Sweep<'a> {
@@ -85,26 +119,17 @@ impl<'a> Sweep<'a> {
             let along = if side < 2 { h } else { w };
             (0..along)
                 .map(|n| {
-                    let speed = (GRAVITY * f64::from(medium.depth[medium.edge_sample(side, n)])).sqrt();
-                    let x = 2.0 * speed / spacing * duration;
-                    Outlet {
-                        mean: if x < 1e-9 {
-                            1.0 - 0.5 * x
-                        } else {
-                            -(-x).exp_m1() / x
-                        },
-                        end: (-x).exp(),
-                        speed,
-                    }
+                    let squared = GRAVITY * f64::from(medium.depth[medium.edge_sample(side, n)]);
+                    let rate = 2.0 * squared.sqrt() / spacing + medium.damping;
+                    (Answer::new(rate, duration, theta), 2.0 * squared / spacing)
                 })
                 .collect()
         };
         Self {
             medium,
-            duration,
-            theta,
+            scale: duration / spacing,
             reach: theta * duration / spacing,
-            keep: (-0.5 * medium.damping * duration).exp(),
+            inner: Answer::new(medium.damping, duration, theta),
             open: [outlets(0), outlets(1), outlets(2), outlets(3)],
         }
     }
@@ -116,9 +141,9 @@ impl<'a> Sweep<'a> {
             ..Face::WALL
         };
         for n in 0..LANES {
-            let gain = self.theta * self.duration * pull[n];
+            let gain = self.inner.gain * pull[n];
             face.g[n] = gain * self.reach;
-            face.right[n] = self.keep * q[n] - gain * (high[n] - low[n]);
+            face.right[n] = self.inner.mean * q[n] - gain * (high[n] - low[n]);
         }
         face
     }
@@ -130,27 +155,18 @@ impl<'a> Sweep<'a> {
             ..Face::WALL
         };
         for n in 0..LANES {
-            let Outlet { mean, speed, .. } = outlets[n];
-            let gain = (1.0 - mean) * speed;
+            let (answer, drive) = outlets[n];
+            let gain = answer.gain * drive;
             face.g[n] = gain * self.reach;
-            face.right[n] = mean * self.keep * q[n] + outward * gain * eta[n];
+            face.right[n] = answer.mean * q[n] + outward * gain * eta[n];
         }
         face
     }
 
-    /// Flux after the step from the one before and the mean.
-    fn after(&self, q: f32, mean: f64) -> f32 {
-        let before = self.keep * f64::from(q);
-        (self.keep * (before + (mean - before) / self.theta)) as f32
-    }
-
-    /// The same on the face of an open edge.
-    fn after_outlet(&self, outlet: Outlet, q: f32, mean: f64) -> f32 {
-        let before = self.keep * f64::from(q);
-        let share = (1.0 - outlet.mean).max(f64::MIN_POSITIVE);
-        // The mean is `mean · before + (1 − mean) · target`; without speed there is no target.
-        let target = (mean - outlet.mean * before) / share;
-        (self.keep * (outlet.end * before + (1.0 - outlet.end) * target)) as f32
+    /// Flux after the step through face `n` of edge `side`.
+    fn after_at_edge(&self, side: usize, n: usize, before: f32, mean: f64) -> f32 {
+        let answer = self.open[side].get(n).map_or(&self.inner, |(answer, _)| answer);
+        answer.after(before, mean)
     }
 
     fn along_x(&self, state: &mut State) {
@@ -197,21 +213,19 @@ impl<'a> Sweep<'a> {
                 Face::WALL
             }
         });
-        let scale = self.duration / f64::from(medium.spec.spacing);
         for n in 0..rows {
             let mean = |i: usize| lines.value[i][n];
             let eta = &mut eta[n * w..(n + 1) * w];
             for (i, eta) in eta.iter_mut().enumerate() {
-                *eta = (f64::from(*eta) - scale * (mean(i + 1) - mean(i))) as f32;
+                *eta = (f64::from(*eta) - self.scale * (mean(i + 1) - mean(i))) as f32;
             }
             let q = &mut qx[n * (w + 1)..(n + 1) * (w + 1)];
+            let edges = [q[0], q[w]];
             for (i, q) in q.iter_mut().enumerate() {
-                let side = usize::from(i == w);
-                *q = match self.open[side].get(first + n) {
-                    Some(&outlet) if i == 0 || i == w => self.after_outlet(outlet, *q, mean(i)),
-                    _ => self.after(*q, mean(i)),
-                };
+                *q = self.inner.after(*q, mean(i));
             }
+            q[0] = self.after_at_edge(0, first + n, edges[0], mean(0));
+            q[w] = self.after_at_edge(1, first + n, edges[1], mean(w));
         }
     }
 
@@ -230,17 +244,9 @@ impl<'a> Sweep<'a> {
 
         let strips = &*work.strips;
         let mean = |i: usize, j: usize| strips[i / LANES * (h + 1) + j][i % LANES];
-        let scale = self.duration / f64::from(self.medium.spec.spacing);
-        let flux_after = |i: usize, j: usize, q: f32| {
-            let side = if j == 0 { 2 } else { 3 };
-            match self.open[side].get(i) {
-                Some(&outlet) if j == 0 || j == h => self.after_outlet(outlet, q, mean(i, j)),
-                _ => self.after(q, mean(i, j)),
-            }
-        };
         let (inner, last) = qz.split_at_mut(h * w);
         for (i, q) in last.iter_mut().enumerate() {
-            *q = flux_after(i, h, *q);
+            *q = self.after_at_edge(3, i, *q, mean(i, h));
         }
         eta.par_chunks_mut(BLOCK * w)
             .zip(inner.par_chunks_mut(BLOCK * w))
@@ -249,8 +255,12 @@ impl<'a> Sweep<'a> {
                 for (r, (eta, qz)) in eta.chunks_mut(w).zip(qz.chunks_mut(w)).enumerate() {
                     let j = block * BLOCK + r;
                     for (i, (eta, q)) in eta.iter_mut().zip(qz).enumerate() {
-                        *eta = (f64::from(*eta) - scale * (mean(i, j + 1) - mean(i, j))) as f32;
-                        *q = flux_after(i, j, *q);
+                        *eta = (f64::from(*eta) - self.scale * (mean(i, j + 1) - mean(i, j))) as f32;
+                        *q = if j == 0 {
+                            self.after_at_edge(2, i, *q, mean(i, j))
+                        } else {
+                            self.inner.after(*q, mean(i, j))
+                        };
                     }
                 }
             });

@@ -44,8 +44,9 @@ use state::State;
 /// Share of the Courant limit that sub-steps take when the scene names no step.
 const DEFAULT_COURANT: f64 = 0.95;
 
-/// Weight of the new state in an implicit step that is centred in time.
+/// Weight of the new state in an implicit step: centred in time, or wholly implicit.
 const CENTRED: f64 = 0.5;
+const BACKWARD: f64 = 1.0;
 
 /// Most sub-steps one call of `advance` takes.
 const MAX_SUBSTEPS: u64 = 1_000_000;
@@ -68,8 +69,6 @@ pub struct WaveEquation {
     /// Elevation of still water above datum, metres.
     level: f32,
     scheme: WaveScheme,
-    /// Weight of the new state in an implicit step.
-    theta: f64,
     /// Longest sub-step in seconds, as the scene gives it.
     step: Option<f64>,
     time: f64,
@@ -103,7 +102,6 @@ impl WaveEquation {
             state: State::new(&medium),
             explicit: explicit::Work::default(),
             implicit: implicit::Work::default(),
-            theta: CENTRED,
             stamp: Stamp::default(),
             level: scene.description.water.level,
             scheme: parameters.scheme,
@@ -238,7 +236,7 @@ impl WaveEquation {
     fn divide(&self, dt: f64) -> Result<(u64, f64), StepError> {
         let longest = match self.scheme {
             WaveScheme::Explicit => self.step.unwrap_or(DEFAULT_COURANT * self.medium.limit()),
-            WaveScheme::Implicit => self.step.unwrap_or(f64::INFINITY),
+            WaveScheme::Implicit | WaveScheme::ImplicitDamped => self.step.unwrap_or(f64::INFINITY),
         };
         // A step that is meant to divide dt must not cost one more for a rounding.
         let needed = (dt / longest * (1.0 - 1e-6)).ceil().max(1.0);
@@ -276,21 +274,15 @@ impl Solver for WaveEquation {
         StepError::check_step(dt)?;
         let dt = f64::from(dt);
         let (count, step) = self.divide(dt)?;
-        match self.scheme {
-            WaveScheme::Explicit => {
-                for _ in 0..count {
-                    explicit::step(&self.medium, &mut self.state, &mut self.explicit, step);
-                }
-            }
-            WaveScheme::Implicit => {
-                let Self {
-                    medium,
-                    state,
-                    implicit,
-                    ..
-                } = self;
-                implicit::steps(medium, state, implicit, step, count, self.theta);
-            }
+        let theta = match self.scheme {
+            WaveScheme::Explicit => None,
+            WaveScheme::Implicit => Some(CENTRED),
+            WaveScheme::ImplicitDamped => Some(BACKWARD),
+        };
+        let (medium, state) = (&self.medium, &mut self.state);
+        match theta {
+            None => (0..count).for_each(|_| explicit::step(medium, state, &mut self.explicit, step)),
+            Some(theta) => implicit::steps(medium, state, &mut self.implicit, step, count, theta),
         }
         self.time += dt;
         self.substeps = count as u32;
@@ -365,7 +357,7 @@ impl WaveEquation {
             substeps,
             largest_stable_step: match self.scheme {
                 WaveScheme::Explicit => self.medium.limit(),
-                WaveScheme::Implicit => f64::INFINITY,
+                WaveScheme::Implicit | WaveScheme::ImplicitDamped => f64::INFINITY,
             },
             mass: crate::optics::WATER_DENSITY * (rest + totals.volume),
             momentum: totals.momentum,

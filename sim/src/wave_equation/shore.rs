@@ -121,6 +121,6 @@ fn around(i: usize, j: usize, w: usize, h: usize) -> impl Iterator<Item = usize>
     ];
     OFFSETS.into_iter().filter_map(move |(di, dj)| {
         let (i, j) = (i.wrapping_add_signed(di), j.wrapping_add_signed(dj));
-        (i < w && j < h).then_some(j * w + i)
+        (i < w && j < h).then(|| j * w + i)
     })
 }

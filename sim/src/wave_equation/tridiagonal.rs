@@ -59,8 +59,8 @@ impl Lines {
             self.value[i] = value;
         }
         for i in (0..n).rev() {
-            for l in 0..LANES {
-                value[l] = self.value[i][l] + self.next[i][l] * value[l];
+            for ((value, own), next) in value.iter_mut().zip(self.value[i]).zip(self.next[i]) {
+                *value = own + next * *value;
             }
             self.value[i] = value;
         }

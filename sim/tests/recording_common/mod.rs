@@ -1,12 +1,13 @@
 //! Scenes and frames for tests, benches and the fuzzer of recordings.
 
 // Each of them uses a part, and includes this file as a module of its own.
-#![allow(dead_code, unreachable_pub)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 use meniscus_sim::glam::{Quat, UVec2, Vec2, Vec3};
 use meniscus_sim::mesh::TriangleMesh;
 use meniscus_sim::rng::Rng;
 use meniscus_sim::scene::Panorama;
+use meniscus_sim::scene::description::Description;
 use meniscus_sim::{BodyPose, Channels, Droplets, Frame, Grid, GridSpec, Scene, StepReport};
 
 /// Spacing of the samples in metres.
@@ -14,44 +15,56 @@ pub const SPACING: f32 = 0.5;
 
 /// A scene over `size` samples with everything that a header can hold.
 pub fn scene(size: UVec2, tolerance: f32) -> Scene {
-    let text = format!(
-        "name = \"waves\"\nseed = 7\n[domain]\nsize = [{}, {}]\n[solver]\nkind = \"procedural\"\nspacing = {SPACING}\n\
-         [recording]\nrate = 30.0\ntolerance = {tolerance:?}\n",
-        SPACING * (size.x - 1) as f32,
-        SPACING * (size.y - 1) as f32,
-    );
-    let grid = GridSpec::new(Vec2::new(-3.0, 4.0), SPACING, size).unwrap();
-    let ground = GridSpec::new(Vec2::new(-4.0, 3.0), 0.7, UVec2::new(37, 23)).unwrap();
-    Scene {
-        description: toml::from_str(&text).unwrap(),
-        grid,
-        terrain: Some(Grid::from_fn(ground, |i, j| {
-            (0.3 * i as f32).sin() - 0.05 * j as f32
+    let grid = grid(size);
+    let files = "[terrain]\nkind = 'npy'\nfile = 'ground.npy'\npixel_size = [1.0, 1.0]\n\
+                 [water]\ninitial = { kind = 'array', file = 'start.npy' }\n\
+                 [light]\nsky = { kind = 'picture', file = 'sky.exr' }\n\
+                 [[object]]\nname = 'kite'\nshape = { kind = 'model', file = 'kite.glb' }\n";
+    // Reaches a little beyond the water.
+    let spacing = (grid.extent().max_element() + 3.0) / 22.0;
+    let ground = GridSpec::new(grid.origin - Vec2::ONE, spacing, UVec2::splat(23)).unwrap();
+    let mesh = TriangleMesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, -Vec3::Z],
+        normals: vec![Vec3::Y; 4],
+        texcoords: vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
+        triangles: vec![[0, 1, 2], [2, 1, 3]],
+        base_color: Vec3::new(0.2, 0.3, 0.4),
+    };
+    let sky = Panorama {
+        size: UVec2::new(8, 4),
+        pixels: (0..32).map(|k| Vec3::new(0.5, 0.25 * k as f32, 1024.0)).collect(),
+    };
+    Scene::from_parts(
+        description(grid, tolerance, files),
+        Some(Grid::from_fn(ground, |i, j| {
+            (0.3 * i as f32).sin() - 0.05 * j as f32 - 2.0
         })),
-        meshes: vec![TriangleMesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, -Vec3::Z],
-            normals: vec![Vec3::Y; 4],
-            texcoords: vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
-            triangles: vec![[0, 1, 2], [2, 1, 3]],
-            base_color: Vec3::new(0.2, 0.3, 0.4),
-        }],
-        sky: Some(Panorama {
-            size: UVec2::new(8, 4),
-            pixels: (0..32).map(|k| Vec3::new(0.5, 0.25 * k as f32, 1024.0)).collect(),
-        }),
-        initial_elevation: Some(Grid::from_fn(grid, |i, j| (0.1 * (i + 2 * j) as f32).cos())),
-    }
+        vec![mesh],
+        Some(sky),
+        Some(Grid::from_fn(grid, |i, j| (0.1 * (i + 2 * j) as f32).cos())),
+    )
+    .unwrap()
 }
 
-/// A scene with nothing but its grid.
+/// A scene with nothing but its grid; at least two samples along each axis.
 pub fn bare_scene(size: UVec2, tolerance: f32) -> Scene {
-    Scene {
-        terrain: None,
-        meshes: Vec::new(),
-        sky: None,
-        initial_elevation: None,
-        ..scene(size, tolerance)
-    }
+    let description = description(grid(size), tolerance, "");
+    Scene::from_parts(description, None, Vec::new(), None, None).unwrap()
+}
+
+fn grid(size: UVec2) -> GridSpec {
+    GridSpec::new(Vec2::new(-3.0, 4.0), SPACING, size).unwrap()
+}
+
+fn description(grid: GridSpec, tolerance: f32, more: &str) -> Description {
+    let (origin, extent) = (grid.origin, grid.extent());
+    let text = format!(
+        "name = 'waves'\nseed = 7\nsolver = {{ kind = 'procedural', spacing = {SPACING:?} }}\n\
+         domain = {{ origin = [{:?}, {:?}], size = [{:?}, {:?}] }}\n\
+         recording = {{ rate = 30.0, tolerance = {tolerance:?} }}\n{more}",
+        origin.x, origin.y, extent.x, extent.y
+    );
+    Description::from_toml(&text, "test scene".as_ref(), &[]).unwrap()
 }
 
 /// A lively sea: a sum of many waves of random direction and phase that travel by the deep-water dispersion relation.

@@ -49,7 +49,11 @@ impl FromStr for ImageSize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| text.parse::<u32>().ok().filter(|n| (1..=Image::MAX_SIDE).contains(n));
+        let side = |text: &str| {
+            text.parse::<u32>()
+                .ok()
+                .filter(|n| (1..=Image::MAX_SIDE).contains(n))
+        };
         text.split_once(['x', 'X', '×'])
             .and_then(|(width, height)| Some(Self(UVec2::new(side(width)?, side(height)?))))
             .ok_or_else(|| {
@@ -129,7 +133,9 @@ impl FromStr for FrameRange {
             }
         };
         if end.is_some_and(|end| end <= first) {
-            return Err(format!("no frame lies in {text}; the first must be below the end"));
+            return Err(format!(
+                "no frame lies in {text}; the first must be below the end"
+            ));
         }
         Ok(Self { first, end })
     }
@@ -163,14 +169,41 @@ pub(crate) fn time(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A factor above 0 and at most a million.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match finite(text) {
+        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
+        _ => Err("write a factor above 0, as in 20".to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
+    fn factors_are_positive() {
+        assert_eq!(positive("0.25"), Ok(0.25));
+        for bad in ["0", "-2", "nan", "inf", "fast"] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
     fn image_sizes_are_read_and_refused() {
         assert_eq!("640x360".parse(), Ok(ImageSize(UVec2::new(640, 360))));
-        for bad in ["640", "0x10", "10x0", "-1x5", "640x", "x", "16385x1", "99999999999x1", "4x4x4", ""] {
+        for bad in [
+            "640",
+            "0x10",
+            "10x0",
+            "-1x5",
+            "640x",
+            "x",
+            "16385x1",
+            "99999999999x1",
+            "4x4x4",
+            "",
+        ] {
             assert!(bad.parse::<ImageSize>().is_err(), "{bad}");
         }
     }
@@ -187,7 +220,18 @@ mod tests {
         assert!(within("5", 5).unwrap_err().contains("frames 0 to 4 are there"));
         assert!(within("0..6", 5).is_err());
         assert!(within("..", 0).unwrap_err().contains("there are none"));
-        for bad in ["", "a", "1..1", "5..2", "..=", "..0", "1.5", "-1", "18446744073709551615", "1..=x"] {
+        for bad in [
+            "",
+            "a",
+            "1..1",
+            "5..2",
+            "..=",
+            "..0",
+            "1.5",
+            "-1",
+            "18446744073709551615",
+            "1..=x",
+        ] {
             assert!(bad.parse::<FrameRange>().is_err(), "{bad}");
         }
     }

@@ -18,9 +18,7 @@ pub(super) const ABOUT: &str = "Check a scene and every file it names, without r
 
 /// Arguments of `meniscus check`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Example:\n  meniscus check data/scenes/ripple-tank.toml --set solver.spacing=0.01"
-)]
+#[command(after_help = "Example:\n  meniscus check data/scenes/ripple-tank.toml --set solver.spacing=0.01")]
 pub struct CheckArgs {
     /// The scene
     #[command(flatten)]
@@ -95,11 +93,17 @@ fn examine(scene: &Scene, console: &Console) -> Result<Facet, Failure> {
     let renderer = live::renderer(live::DEFAULT_RENDERER)?;
     let choices = live::choose_channels(scene, live::offers(scene, solver.as_ref()), renderer.as_ref());
     for choice in choices.iter().filter(|choice| choice.refused()) {
-        console.warn(format!("channel `{}` is left out: {}", choice.name, choice.reason));
+        console.warn(format!(
+            "channel `{}` is left out: {}",
+            choice.name, choice.reason
+        ));
     }
     let active = choices.iter().filter(|choice| choice.active);
     let frames = live::frame_count(scene, scene.description.duration);
-    let frame_bytes = active.clone().map(|choice| channel_bytes(scene, choice.channel)).sum::<u64>()
+    let frame_bytes = active
+        .clone()
+        .map(|choice| channel_bytes(scene, choice.channel))
+        .sum::<u64>()
         + channel_bytes(scene, Channels::NONE);
     let step = solver.report().largest_stable_step;
     Ok(Facet {
@@ -114,7 +118,12 @@ fn examine(scene: &Scene, console: &Console) -> Result<Facet, Failure> {
         channels: active.map(|choice| choice.name).collect(),
         raw_bytes: frames.saturating_mul(frame_bytes),
         objects: scene.meshes.len(),
-        cameras: scene.description.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        cameras: scene
+            .description
+            .cameras
+            .iter()
+            .map(|camera| camera.name.clone())
+            .collect(),
         events: scene.description.events.len(),
     })
 }
@@ -161,16 +170,31 @@ impl Facet {
         } else {
             self.cameras.join(", ")
         };
-        let step = self.largest_stable_step.map_or_else(|| "no limit".to_owned(), format::seconds);
+        let step = self
+            .largest_stable_step
+            .map_or_else(|| "no limit".to_owned(), format::seconds);
         Facts::default()
             .add("scene", format!("{}, no problems", self.name))
             .add("solver", self.solver)
             .add("samples", format!("{width} x {height}, {} m apart", self.spacing))
             .add("stable step", step)
-            .add("memory", format!("{} for the solver", format::bytes(self.solver_bytes)))
-            .add("duration", format!("{}, {}", format::seconds(self.duration), format::count(self.frames, "frame")))
+            .add(
+                "memory",
+                format!("{} for the solver", format::bytes(self.solver_bytes)),
+            )
+            .add(
+                "duration",
+                format!(
+                    "{}, {}",
+                    format::seconds(self.duration),
+                    format::count(self.frames, "frame")
+                ),
+            )
             .add("channels", channels.collect::<Vec<_>>().join(", "))
-            .add("recording", format!("{} before compression", format::bytes(self.raw_bytes)))
+            .add(
+                "recording",
+                format!("{} before compression", format::bytes(self.raw_bytes)),
+            )
             .add("objects", self.objects.to_string())
             .add("cameras", cameras)
             .add("events", self.events.to_string())

@@ -25,7 +25,9 @@ pub(crate) fn writable(output: &Path) -> Result<(), Failure> {
             "{}: cannot be written: {}; create the folder, or choose another place with -o",
             output.display(),
             // A probe names itself in its errors.
-            error.raw_os_error().map_or(error, std::io::Error::from_raw_os_error)
+            error
+                .raw_os_error()
+                .map_or(error, std::io::Error::from_raw_os_error)
         ))
     })
 }

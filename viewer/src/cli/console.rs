@@ -58,7 +58,9 @@ impl Console {
         };
         write().map_err(|error| match error.kind() {
             io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
-            _ => Failure::run(format_args!("cannot write the result to standard output: {error}")),
+            _ => Failure::run(format_args!(
+                "cannot write the result to standard output: {error}"
+            )),
         })
     }
 

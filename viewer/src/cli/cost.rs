@@ -44,7 +44,10 @@ impl Stopwatch {
     /// What was spent since the start.
     pub fn cost(&self) -> Cost {
         Cost {
-            cpu_seconds: self.cpu.zip(process_cpu_seconds()).map(|(start, now)| now - start),
+            cpu_seconds: self
+                .cpu
+                .zip(process_cpu_seconds())
+                .map(|(start, now)| now - start),
             wall_seconds: self.wall.elapsed().as_secs_f64(),
         }
     }

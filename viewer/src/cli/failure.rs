@@ -117,10 +117,15 @@ mod tests {
     #[test]
     fn causes_are_said_once_and_on_one_line() {
         let io = || std::io::Error::other("no space left\non device");
-        let quoted = Err::<(), _>(io()).context("a.mrec: no space left; on device").unwrap_err();
+        let quoted = Err::<(), _>(io())
+            .context("a.mrec: no space left; on device")
+            .unwrap_err();
         assert_eq!(one_line(&quoted), "a.mrec: no space left; on device");
         let chained = Err::<(), _>(io()).context("cannot write a.mrec").unwrap_err();
-        assert_eq!(one_line(&chained), "cannot write a.mrec: no space left; on device");
+        assert_eq!(
+            one_line(&chained),
+            "cannot write a.mrec: no space left; on device"
+        );
     }
 
     #[test]

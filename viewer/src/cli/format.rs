@@ -70,7 +70,12 @@ impl Facts {
 
     /// The lines.
     pub(crate) fn render(&self) -> String {
-        let width = self.0.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+        let width = self
+            .0
+            .iter()
+            .map(|(name, _)| name.chars().count())
+            .max()
+            .unwrap_or(0);
         let mut text = String::new();
         for (name, value) in &self.0 {
             let _ = writeln!(text, "{name:width$}  {value}");

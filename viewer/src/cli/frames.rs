@@ -1,10 +1,10 @@
 //! Frames by number, from a recording or from a live run.
 
+use super::args::FrameRange;
 use super::failure::Failure;
 use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;
-use super::args::FrameRange;
 use meniscus_sim::recording::{Reader, RecordingError};
 use meniscus_sim::render::Renderer;
 use meniscus_sim::source::LiveSource;
@@ -18,7 +18,7 @@ pub(crate) enum Frames {
     /// A live run, which goes through every frame.
     Live {
         scene: Box<Scene>,
-        source: LiveSource,
+        source: Box<LiveSource>,
         /// Number of the frame that comes next.
         next: u64,
     },
@@ -35,7 +35,7 @@ impl Frames {
             Input::Scene(scene) => {
                 let solver = live::solver(&scene)?;
                 let choices = live::choose_channels(&scene, live::offers(&scene, solver.as_ref()), renderer);
-                let source = LiveSource::new(&scene, solver, live::active(&choices));
+                let source = Box::new(live::source(&scene, solver, live::active(&choices)));
                 Self::Live {
                     scene,
                     source,
@@ -91,7 +91,11 @@ impl Frames {
             )));
         }
         let after = (before + 1).min(reader.len() - 1);
-        let nearer = if reader.time(after) - time < time - reader.time(before) { after } else { before };
+        let nearer = if reader.time(after) - time < time - reader.time(before) {
+            after
+        } else {
+            before
+        };
         Ok(nearer as u64)
     }
 
@@ -124,7 +128,9 @@ impl Frames {
                 let index = usize::try_from(index).unwrap_or(usize::MAX);
                 match reader.read(index, frame) {
                     Ok(_) => Ok(true),
-                    Err(error @ RecordingError::DamagedFrame { .. }) => Err(FrameError::Damaged(error.to_string())),
+                    Err(error @ RecordingError::DamagedFrame { .. }) => {
+                        Err(FrameError::Damaged(error.to_string()))
+                    }
                     Err(error) => Err(FrameError::Failed(Failure::Run(error.into()))),
                 }
             }
@@ -137,7 +143,9 @@ impl Frames {
                         Ok(Progress::Frame(_)) => {}
                         // It was made without an end.
                         Ok(Progress::End) => break,
-                        Err(error) => return Err(FrameError::Failed(live::run_failed(error, scene, *next, ""))),
+                        Err(error) => {
+                            return Err(FrameError::Failed(live::run_failed(error, scene, *next, "")));
+                        }
                     }
                     *next += 1;
                     stepped(*next);

@@ -17,9 +17,7 @@ pub(super) const ABOUT: &str = "Tell what a recording holds: scene, channels, fr
 
 /// Arguments of `meniscus info`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  meniscus info run.mrec\n  meniscus info run.mrec --json"
-)]
+#[command(after_help = "Examples:\n  meniscus info run.mrec\n  meniscus info run.mrec --json")]
 pub struct InfoArgs {
     /// Recording
     #[arg(value_name = "RUN.mrec")]
@@ -161,12 +159,20 @@ impl Info {
         };
         let mut facts = Facts::default();
         facts
-            .add("recording", format!("{}, by {}", self.file.display(), self.producer))
+            .add(
+                "recording",
+                format!("{}, by {}", self.file.display(), self.producer),
+            )
             .add("scene", format!("{} ({})", self.scene, self.solver))
             .add("samples", format!("{width} x {height}, {} m apart", self.spacing))
             .add(
                 "frames",
-                format!("{}, {} a second, {}", self.frames, self.rate, format::seconds(self.duration)),
+                format!(
+                    "{}, {} a second, {}",
+                    self.frames,
+                    self.rate,
+                    format::seconds(self.duration)
+                ),
             )
             .add("objects", self.objects.to_string())
             .add(
@@ -190,10 +196,16 @@ impl Info {
                 )
                 .add(
                     "energy",
-                    format!("{:.4e} J at first, {:.4e} J at last", totals.first_energy, totals.last_energy),
+                    format!(
+                        "{:.4e} J at first, {:.4e} J at last",
+                        totals.first_energy, totals.last_energy
+                    ),
                 );
             if totals.clamps > 0 {
-                facts.add("clamps", format!("{} (limiters of last resort fired)", totals.clamps));
+                facts.add(
+                    "clamps",
+                    format!("{} (limiters of last resort fired)", totals.clamps),
+                );
             }
         }
         let state = match (self.closed, self.damaged_frames) {
@@ -214,7 +226,10 @@ impl Info {
                 channel.name.into(),
                 format::bytes(channel.raw_bytes),
                 format::bytes(channel.stored_bytes),
-                format!("{:.3}", channel.stored_bytes as f64 / channel.raw_bytes.max(1) as f64),
+                format!(
+                    "{:.3}",
+                    channel.stored_bytes as f64 / channel.raw_bytes.max(1) as f64
+                ),
                 format::three_digits(f64::from(channel.largest_error)),
             ]);
         }

@@ -20,7 +20,10 @@ impl Input {
     /// # Errors
     /// [`Failure::Input`] or [`Failure::Scene`]: it cannot be read or used.
     pub(crate) fn open(path: &Path, overrides: &[String], console: &Console) -> Result<Self, Failure> {
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+        if path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+        {
             return Ok(Self::Scene(Box::new(scene(path, overrides)?)));
         }
         if !overrides.is_empty() {
@@ -55,7 +58,9 @@ pub(crate) fn recording(path: &Path, console: &Console) -> Result<Reader, Failur
 /// Tells what is known to be damaged in a recording.
 pub(crate) fn warn_of_damage(reader: &Reader, console: &Console) {
     for damage in reader.damage() {
-        let frame = damage.frame.map_or_else(String::new, |frame| format!("frame {frame}: "));
+        let frame = damage
+            .frame
+            .map_or_else(String::new, |frame| format!("frame {frame}: "));
         console.warn(format!(
             "{}: {frame}{} (at byte {}); the other frames can be read",
             reader.path().display(),

@@ -62,7 +62,8 @@ pub(super) fn solvers(args: &ListArgs, console: &Console) -> Result<(), Failure>
         name: info.name,
         available: info.compiled,
         summary: info.summary,
-        reason: (!info.compiled).then(|| format!("not compiled in; build with the Cargo feature `{}`", info.name)),
+        reason: (!info.compiled)
+            .then(|| format!("not compiled in; build with the Cargo feature `{}`", info.name)),
     };
     let solvers: Vec<Entry> = solvers::available().into_iter().map(entry).collect();
     if args.json {
@@ -73,7 +74,11 @@ pub(super) fn solvers(args: &ListArgs, console: &Console) -> Result<(), Failure>
 }
 
 fn table(entries: &[Entry]) -> String {
-    let mut table = Table::new(&[("name", Align::Left), ("available", Align::Left), ("what it does", Align::Left)]);
+    let mut table = Table::new(&[
+        ("name", Align::Left),
+        ("available", Align::Left),
+        ("what it does", Align::Left),
+    ]);
     for entry in entries {
         let available = if entry.available { "yes" } else { "no" };
         let summary = match &entry.reason {

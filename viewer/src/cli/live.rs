@@ -20,7 +20,11 @@ const FEWEST_ARRAYS: u64 = 3;
 pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
     let size = scene.grid.size;
     let fewest = FEWEST_ARRAYS * 4 * scene.grid.len() as u64;
-    memory::require(fewest, &format!("the grid of {} x {} samples", size.x, size.y))?;
+    memory::require(
+        fewest,
+        &format!("the grid of {} x {} samples", size.x, size.y),
+        "take fewer samples: a coarser `solver.spacing` or a smaller `domain.size`",
+    )?;
     solvers::build(scene).or_input()
 }
 
@@ -52,7 +56,11 @@ impl ChannelChoice {
 
 /// What becomes of each optional channel when a scene is recorded: those that `recording.channels` names, else those
 /// that `renderer` needs, as far as the run offers them.
-pub(crate) fn choose_channels(scene: &Scene, offers: Channels, renderer: &dyn Renderer) -> Vec<ChannelChoice> {
+pub(crate) fn choose_channels(
+    scene: &Scene,
+    offers: Channels,
+    renderer: &dyn Renderer,
+) -> Vec<ChannelChoice> {
     let solver = solvers::name_of(&scene.description.solver);
     let needs = renderer.needs(scene);
     let named = scene.description.recording.channels.as_deref();
@@ -66,7 +74,10 @@ pub(crate) fn choose_channels(scene: &Scene, offers: Channels, renderer: &dyn Re
         };
         let (active, reason) = match (wanted, offers.contains(channel)) {
             (true, true) => (true, format!("asked for by {by}")),
-            (true, false) => (false, format!("asked for by {by}, but solver `{solver}` does not offer it")),
+            (true, false) => (
+                false,
+                format!("asked for by {by}, but solver `{solver}` does not offer it"),
+            ),
             (false, _) => (false, format!("not asked for by {by}")),
         };
         ChannelChoice {

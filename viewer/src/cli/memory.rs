@@ -4,16 +4,15 @@ use super::failure::Failure;
 use super::format;
 use std::fs;
 
-/// Refuses work that would hold `needed` bytes where fewer can be had; `what` says what needs them.
-/// Where the system does not say how much there is, everything is let through.
+/// Refuses work that would hold `needed` bytes where fewer can be had; `what` says what needs them, `remedy` what to
+/// change. Where the system does not say how much there is, everything is let through.
 ///
 /// # Errors
 /// [`Failure::Input`] with both figures.
-pub(crate) fn require(needed: u64, what: &str) -> Result<(), Failure> {
+pub(crate) fn require(needed: u64, what: &str, remedy: &str) -> Result<(), Failure> {
     match available() {
         Some(available) if needed > available => Err(Failure::input(format_args!(
-            "{what} needs at least {}, but {} of memory can be had; use fewer samples (a coarser `solver.spacing` or \
-             a smaller `domain.size`)",
+            "{what} needs at least {}, but {} of memory can be had; {remedy}",
             format::bytes(needed),
             format::bytes(available)
         ))),
@@ -39,7 +38,12 @@ fn available() -> Option<u64> {
 /// The bytes of a line `name  N kB`.
 fn kibibytes(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+    line.trim()
+        .strip_suffix("kB")?
+        .trim()
+        .parse::<u64>()
+        .ok()?
+        .checked_mul(1024)
 }
 
 /// What a control group still lets its processes have; file pages that it can drop count as free.
@@ -53,7 +57,9 @@ fn group_room(max: &str, current: &str, stat: &str) -> Option<u64> {
 
 /// The soft limit of the address space in bytes, where there is one.
 fn address_space_limit(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let line = text
+        .lines()
+        .find_map(|line| line.strip_prefix("Max address space"))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
@@ -67,7 +73,10 @@ mod tests {
             kibibytes("MemTotal:  9 kB\nMemAvailable:   2048 kB\n", "MemAvailable:"),
             Some(2 << 20)
         );
-        assert_eq!(group_room("1000\n", "700\n", "file 9\ninactive_file 200\n"), Some(500));
+        assert_eq!(
+            group_room("1000\n", "700\n", "file 9\ninactive_file 200\n"),
+            Some(500)
+        );
         assert_eq!(group_room("max\n", "700\n", ""), None);
         let limits = "Limit  Soft Limit  Hard Limit  Units\nMax address space  4096  unlimited  bytes\n";
         assert_eq!(address_space_limit(limits), Some(4096));
@@ -77,9 +86,15 @@ mod tests {
     #[test]
     fn what_cannot_fit_is_refused_with_both_figures() {
         if available().is_some() {
-            let message = require(u64::MAX, "the scene").unwrap_err().to_string();
-            assert!(message.contains("the scene needs at least 16.0 EiB"), "{message}");
+            let message = require(u64::MAX, "the scene", "shrink it")
+                .unwrap_err()
+                .to_string();
+            assert!(
+                message.starts_with("the scene needs at least 16.0 EiB, but ")
+                    && message.ends_with("; shrink it"),
+                "{message}"
+            );
         }
-        require(0, "nothing").unwrap();
+        require(0, "nothing", "").unwrap();
     }
 }

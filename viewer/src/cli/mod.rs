@@ -9,7 +9,8 @@ mod claim;
 mod console;
 mod cost;
 mod demo;
-//X mod export;
+#[cfg(feature = "export")]
+mod export;
 mod failure;
 mod format;
 mod frames;
@@ -34,7 +35,8 @@ pub use check::CheckArgs;
 pub use console::{Console, Verbosity};
 pub use cost::{Cost, Stopwatch};
 pub use demo::DemoArgs;
-//X pub use export::ExportArgs;
+#[cfg(feature = "export")]
+pub use export::ExportArgs;
 pub use failure::Failure;
 pub use info::InfoArgs;
 pub use interrupt::Interrupt;
@@ -99,8 +101,10 @@ pub enum Command {
     /// Open the window (comes in a later version)
     #[command(long_about = view::ABOUT)]
     View(ViewArgs),
-    //X /// Write the frames of a recording for NumPy, ParaView or Blender
-    //X Export(ExportArgs),
+    /// Write the frames of a recording for NumPy, ParaView or Blender
+    #[cfg(feature = "export")]
+    #[command(long_about = export::ABOUT)]
+    Export(ExportArgs),
     /// Tell what a scene would run and hold in memory, and what is left out and why
     #[command(long_about = plan::ABOUT)]
     Plan(PlanArgs),
@@ -147,7 +151,8 @@ fn dispatch(command: &Command, console: &Console) -> Result<(), Failure> {
         Command::Info(args) => info::run(args, console),
         Command::Render(args) => render::run(args, console),
         Command::View(args) => view::run(args, console),
-        //X Command::Export(args) => export::run(args, console),
+        #[cfg(feature = "export")]
+        Command::Export(args) => export::run(args, console),
         Command::Plan(args) => plan::run(args, console),
         Command::Study(args) => study::run(args, console),
         Command::Check(args) => check::run(args, console),
@@ -191,8 +196,14 @@ mod tests {
     fn every_command_has_an_example() {
         for command in Cli::command().get_subcommands() {
             let name = command.get_name();
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            assert!(help.contains(&format!("meniscus {name}")), "no example in `meniscus help {name}`");
+            let help = command
+                .get_after_help()
+                .map(ToString::to_string)
+                .unwrap_or_default();
+            assert!(
+                help.contains(&format!("meniscus {name}")),
+                "no example in `meniscus help {name}`"
+            );
         }
     }
 }

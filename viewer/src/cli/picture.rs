@@ -26,7 +26,11 @@ impl PictureKind {
     /// # Errors
     /// [`Failure::Input`] that lists the kinds.
     pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let extension = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_ascii_lowercase();
         match extension.as_str() {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
@@ -62,8 +66,8 @@ pub(crate) struct Pictures {
     out: PathBuf,
     kind: PictureKind,
     map: ToneMap,
-    /// Largest frame number, where every picture gets a file with its number in the name.
-    numbered: Option<u64>,
+    /// Whether every still has its frame's number in the name.
+    numbered: bool,
     animation: Option<Animation>,
     written: usize,
 }
@@ -74,12 +78,12 @@ enum Animation {
 }
 
 impl Pictures {
-    /// Begins the output. `last` is the largest frame number where stills get their numbers into their names.
+    /// Begins the output. `numbered` stills get the number of their frame into the name.
     ///
     /// # Errors
     /// [`Failure::Run`] if it cannot be written, or if ffmpeg is needed and missing; [`Failure::Input`] if the format
     /// cannot hold such a size or rate.
-    pub(crate) fn create(out: &Path, format: PictureFormat, last: Option<u64>) -> Result<Self, Failure> {
+    pub(crate) fn create(out: &Path, format: PictureFormat, numbered: bool) -> Result<Self, Failure> {
         let animation = match format.kind {
             PictureKind::Png | PictureKind::Exr => None,
             PictureKind::Gif => {
@@ -95,7 +99,7 @@ impl Pictures {
             out: out.to_owned(),
             kind: format.kind,
             map: ToneMap::new(format.exposure),
-            numbered: last,
+            numbered,
             animation,
             written: 0,
         })
@@ -106,9 +110,10 @@ impl Pictures {
     /// # Errors
     /// [`Failure::Run`]
     pub(crate) fn write(&mut self, image: &Image, index: u64) -> Result<PathBuf, Failure> {
-        let path = match (&self.animation, self.numbered) {
-            (None, Some(last)) => numbered_name(&self.out, index, last),
-            _ => self.out.clone(),
+        let path = if self.numbered && self.animation.is_none() {
+            numbered_name(&self.out, index)
+        } else {
+            self.out.clone()
         };
         match &mut self.animation {
             Some(Animation::Gif(gif)) => gif.push(image, &self.map),
@@ -141,17 +146,19 @@ impl Pictures {
 /// A size or rate that a format cannot hold is wrong input; all else went wrong on the way.
 fn classify(error: OutputError) -> Failure {
     match error {
-        OutputError::Size { .. } | OutputError::Rate { .. } => Failure::Input(error.into()),
+        OutputError::Size { .. } => Failure::Input(error.into()),
+        OutputError::Rate { .. } => {
+            Failure::input(format_args!("{error}; choose another --speed, or stills"))
+        }
         _ => Failure::Run(error.into()),
     }
 }
 
-/// `wave.png` for frame 7 of 1 to 120 is `wave-0007.png`: four digits at least, so that names sort as frames do.
-fn numbered_name(out: &Path, index: u64, last: u64) -> PathBuf {
-    let digits = last.to_string().len().max(4);
+/// `wave.png` for frame 7 is `wave_000007.png`, as exported files are named.
+fn numbered_name(out: &Path, index: u64) -> PathBuf {
     let stem = out.file_stem().unwrap_or_default().to_string_lossy();
     let extension = out.extension().unwrap_or_default().to_string_lossy();
-    out.with_file_name(format!("{stem}-{index:0digits$}.{extension}"))
+    out.with_file_name(format!("{stem}_{index:06}.{extension}"))
 }
 
 #[cfg(test)]
@@ -162,13 +169,23 @@ mod tests {
     fn the_extension_says_the_kind() {
         assert_eq!(PictureKind::of(Path::new("a/b.PNG")).ok(), Some(PictureKind::Png));
         for bad in ["a", "a.jpg", "png", ".png"] {
-            assert_eq!(PictureKind::of(Path::new(bad)).unwrap_err().exit_code(), 2, "{bad}");
+            assert_eq!(
+                PictureKind::of(Path::new(bad)).unwrap_err().exit_code(),
+                2,
+                "{bad}"
+            );
         }
     }
 
     #[test]
     fn names_sort_as_frames_do() {
-        assert_eq!(numbered_name(Path::new("d/w.png"), 7, 120), Path::new("d/w-0007.png"));
-        assert_eq!(numbered_name(Path::new("w.a.exr"), 7, 12_345), Path::new("w.a-00007.exr"));
+        assert_eq!(
+            numbered_name(Path::new("d/w.png"), 7),
+            Path::new("d/w_000007.png")
+        );
+        assert_eq!(
+            numbered_name(Path::new("w.a.exr"), 1_234_567),
+            Path::new("w.a_1234567.exr")
+        );
     }
 }

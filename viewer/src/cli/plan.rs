@@ -151,31 +151,50 @@ fn scene_items(scene: &Scene) -> Vec<(bool, Item)> {
             "terrain",
             scene.terrain.is_some(),
             scene.terrain.as_ref().map_or_else(String::new, |grid| {
-                format!("ground of {} x {} samples", grid.spec().size.x, grid.spec().size.y)
+                format!(
+                    "ground of {} x {} samples",
+                    grid.spec().size.x,
+                    grid.spec().size.y
+                )
             }),
             "the scene has no ground",
-            scene.terrain.as_ref().map_or(0, |grid| size_of_val(grid.as_slice()) as u64),
+            scene
+                .terrain
+                .as_ref()
+                .map_or(0, |grid| size_of_val(grid.as_slice()) as u64),
         ),
         item(
             "object meshes",
             !meshes.is_empty(),
-            format!("{}, {}", format::count(meshes.len() as u64, "object"), format::count(triangles as u64, "triangle")),
+            format!(
+                "{}, {}",
+                format::count(meshes.len() as u64, "object"),
+                format::count(triangles as u64, "triangle")
+            ),
             "the scene has no objects",
             mesh_bytes.sum::<usize>() as u64,
         ),
         item(
             "sky picture",
             scene.sky.is_some(),
-            scene.sky.as_ref().map_or_else(String::new, |sky| format!("{} x {} pixels", sky.size.x, sky.size.y)),
+            scene.sky.as_ref().map_or_else(String::new, |sky| {
+                format!("{} x {} pixels", sky.size.x, sky.size.y)
+            }),
             "the scene's sky is not a picture",
-            scene.sky.as_ref().map_or(0, |sky| size_of_val(sky.pixels.as_slice()) as u64),
+            scene
+                .sky
+                .as_ref()
+                .map_or(0, |sky| size_of_val(sky.pixels.as_slice()) as u64),
         ),
         item(
             "initial elevation",
             scene.initial_elevation.is_some(),
             "read from an array".into(),
             "the initial state is not an array",
-            scene.initial_elevation.as_ref().map_or(0, |grid| size_of_val(grid.as_slice()) as u64),
+            scene
+                .initial_elevation
+                .as_ref()
+                .map_or(0, |grid| size_of_val(grid.as_slice()) as u64),
         ),
     ]
 }
@@ -198,7 +217,11 @@ fn channel_items(
             part: Part::Channel,
             name: choice.name.into(),
             reason: choice.reason,
-            bytes: if choice.active { channel_bytes(scene, choice.channel) } else { 0 },
+            bytes: if choice.active {
+                channel_bytes(scene, choice.channel)
+            } else {
+                0
+            },
         };
         (choice.active, planned)
     });
@@ -239,12 +262,24 @@ impl Plan {
                 item.reason.clone(),
             ]);
         }
-        runs.row(vec!["total".into(), String::new(), format::bytes(self.total_bytes), String::new()]);
+        runs.row(vec![
+            "total".into(),
+            String::new(),
+            format::bytes(self.total_bytes),
+            String::new(),
+        ]);
         text += &runs.render();
-        let mut left_out =
-            Table::new(&[("part", Align::Left), ("left out", Align::Left), ("why", Align::Left)]);
+        let mut left_out = Table::new(&[
+            ("part", Align::Left),
+            ("left out", Align::Left),
+            ("why", Align::Left),
+        ]);
         for item in &self.left_out {
-            left_out.row(vec![item.part.name().into(), item.name.clone(), item.reason.clone()]);
+            left_out.row(vec![
+                item.part.name().into(),
+                item.name.clone(),
+                item.reason.clone(),
+            ]);
         }
         if !left_out.is_empty() {
             text += "\n";

@@ -135,7 +135,11 @@ fn counted(done: f64, total: u64, unit: &str) -> String {
 
 /// `rendering: 45% (4 of 10 frames), 12 s left`.
 fn line(task: &str, done: f64, total: u64, unit: &str, elapsed: Duration) -> String {
-    let share = if total == 0 { 1.0 } else { (done / total as f64).clamp(0.0, 1.0) };
+    let share = if total == 0 {
+        1.0
+    } else {
+        (done / total as f64).clamp(0.0, 1.0)
+    };
     let left = if share > 0.0 {
         let left = elapsed.as_secs_f64() * (1.0 - share) / share;
         format!(", {} left", format::seconds(left.round()))

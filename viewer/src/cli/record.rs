@@ -10,8 +10,8 @@ use super::interrupt::Interrupt;
 use super::volume::VolumeAccount;
 use super::{input, live};
 use clap::Args;
-use meniscus_sim::recording::{Summary, Writer};
-use meniscus_sim::{Channels, Frame, FrameSource as _, Progress, Scene};
+use meniscus_sim::recording::Writer;
+use meniscus_sim::{Frame, FrameSource as _, Progress, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -22,11 +22,9 @@ pub(super) const ABOUT: &str = "Run a scene and record its frames.\n\nRecorded a
 
 /// Arguments of `meniscus record`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
         meniscus record data/scenes/ripple-tank.toml -o run.mrec\n  \
-        meniscus record data/scenes/ripple-tank.toml --set solver.spacing=0.03125 -o fine.mrec"
-)]
+        meniscus record data/scenes/ripple-tank.toml --set solver.spacing=0.03125 -o fine.mrec")]
 pub struct RecordArgs {
     /// The scene
     #[command(flatten)]
@@ -109,11 +107,17 @@ pub fn record_scene(
     let offers = live::offers(scene, solver.as_ref());
     let choices = live::choose_channels(scene, offers, live::renderer(live::DEFAULT_RENDERER)?.as_ref());
     for choice in choices.iter().filter(|choice| choice.refused()) {
-        console.warn(format!("channel `{}` is left out: {}", choice.name, choice.reason));
+        console.warn(format!(
+            "channel `{}` is left out: {}",
+            choice.name, choice.reason
+        ));
     }
     let channels = live::active(&choices);
     let size = scene.grid.size;
-    console.detail(format!("solver {name}, {} x {} samples, channels: {channels}", size.x, size.y));
+    console.detail(format!(
+        "solver {name}, {} x {} samples, channels: {channels}",
+        size.x, size.y
+    ));
 
     let total = live::frame_count(scene, scene.description.duration);
     let stopwatch = Stopwatch::start();
@@ -132,7 +136,14 @@ pub fn record_scene(
                 tally.add(&frame, report);
             }
             Ok(Progress::End) => break None,
-            Err(error) => break Some(live::run_failed(error, scene, tally.frames, &kept(tally.frames, out))),
+            Err(error) => {
+                break Some(live::run_failed(
+                    error,
+                    scene,
+                    tally.frames,
+                    &kept(tally.frames, out),
+                ));
+            }
         }
         progress.set(tally.frames as f64);
         if interrupt.pressed() && tally.frames < total {
@@ -150,9 +161,23 @@ pub fn record_scene(
         return Err(failure);
     }
     let summary = finished.or_run()?;
-    let volume = VolumeAccount::of(scene, tally.masses, tally.last_time);
     let cost = stopwatch.cost();
-    Ok(Recorded::new(scene, name, out, channels, &tally, &summary, volume, cost))
+    Ok(Recorded {
+        file: out.to_owned(),
+        scene: scene.description.name.clone(),
+        solver: name,
+        channels: channels.iter().map(|(name, _)| name).collect(),
+        frames: tally.frames,
+        simulated_seconds: tally.last_time,
+        raw_bytes: summary.raw_bytes,
+        file_bytes: summary.file_bytes,
+        ratio: summary.file_bytes as f64 / summary.raw_bytes.max(1) as f64,
+        volume: VolumeAccount::of(scene, tally.masses, tally.last_time),
+        substeps: tally.substeps,
+        clamps: tally.clamps,
+        cost,
+        real_time_factor: tally.last_time / cost.wall_seconds.max(1e-9),
+    })
 }
 
 /// What remains of a run that stopped.
@@ -185,35 +210,6 @@ impl Tally {
 }
 
 impl Recorded {
-    fn new(
-        scene: &Scene,
-        solver: &'static str,
-        out: &Path,
-        channels: Channels,
-        tally: &Tally,
-        summary: &Summary,
-        volume: VolumeAccount,
-        cost: Cost,
-    ) -> Self {
-        let ratio = summary.file_bytes as f64 / summary.raw_bytes.max(1) as f64;
-        Self {
-            file: out.to_owned(),
-            scene: scene.description.name.clone(),
-            solver,
-            channels: channels.iter().map(|(name, _)| name).collect(),
-            frames: tally.frames,
-            simulated_seconds: tally.last_time,
-            raw_bytes: summary.raw_bytes,
-            file_bytes: summary.file_bytes,
-            ratio,
-            volume,
-            substeps: tally.substeps,
-            clamps: tally.clamps,
-            cost,
-            real_time_factor: tally.last_time / cost.wall_seconds.max(1e-9),
-        }
-    }
-
     /// The summary for people.
     pub fn text(&self) -> String {
         let mut facts = Facts::default();
@@ -222,7 +218,11 @@ impl Recorded {
             .add("scene", format!("{} ({})", self.scene, self.solver))
             .add(
                 "frames",
-                format!("{}, {} simulated", self.frames, format::seconds(self.simulated_seconds)),
+                format!(
+                    "{}, {} simulated",
+                    self.frames,
+                    format::seconds(self.simulated_seconds)
+                ),
             )
             .add("channels", list(&self.channels))
             .add(
@@ -237,16 +237,23 @@ impl Recorded {
             .add("volume", self.volume.text())
             .add("sub-steps", self.substeps.to_string());
         if self.clamps > 0 {
-            facts.add("clamps", format!("{} (limiters of last resort fired)", self.clamps));
+            facts.add(
+                "clamps",
+                format!("{} (limiters of last resort fired)", self.clamps),
+            );
         }
-        facts
-            .add("time", self.cost.text())
-            .add("real time", format!("{} x", format::three_digits(self.real_time_factor)));
+        facts.add("time", self.cost.text()).add(
+            "real time",
+            format!("{} x", format::three_digits(self.real_time_factor)),
+        );
         facts.render()
     }
 }
 
 /// `elevation` and the optional channels.
 fn list(channels: &[&str]) -> String {
-    std::iter::once("elevation").chain(channels.iter().copied()).collect::<Vec<_>>().join(", ")
+    std::iter::once("elevation")
+        .chain(channels.iter().copied())
+        .collect::<Vec<_>>()
+        .join(", ")
 }

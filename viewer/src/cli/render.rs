@@ -1,6 +1,6 @@
 //! `meniscus render`: pictures of a recording or of a live run.
 
-use super::args::{FrameRange, ImageSize, Overrides, finite, time};
+use super::args::{FrameRange, ImageSize, Overrides, finite, positive, time};
 use super::claim;
 use super::console::Console;
 use super::cost::{Cost, Stopwatch};
@@ -10,6 +10,7 @@ use super::frames::{FrameError, Frames};
 use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;
+use super::memory;
 use super::picture::{PictureFormat, PictureKind, Pictures};
 use clap::Args;
 use meniscus_render_cpu::camera;
@@ -24,17 +25,15 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
     written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
     recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
     (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
-    frame's number: `wave.png` becomes `wave-0012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
+    frame's number: `wave.png` becomes `wave_000012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
     the finished ones.";
 
 /// Arguments of `meniscus render`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
-        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr"
-)]
+        meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr")]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
     #[arg(value_name = "RUN.mrec|SCENE.toml")]
@@ -60,6 +59,9 @@ pub struct RenderArgs {
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: u32,
+    /// Play an animation this many times faster than the water moves
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub speed: f64,
     /// Exposure in stops; EXR leaves it out [default: the camera's]
     #[arg(long, value_name = "STOPS", value_parser = finite, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
@@ -70,6 +72,9 @@ pub struct RenderArgs {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Fewest bytes that drawing and writing a pixel takes: its radiance and its place in the file's buffer.
+const BYTES_A_PIXEL: u64 = 12 + 3;
 
 /// A picture that was drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -105,19 +110,26 @@ pub struct Rendered {
 }
 
 pub(super) fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
-    let interrupt = Interrupt::install()?;
+    let rendered = draw(args, console, Interrupt::install()?)?;
+    if args.json {
+        console.json(&rendered)
+    } else {
+        console.result(rendered.text())
+    }
+}
+
+/// Draws what `args` ask for, and prints nothing but progress.
+///
+/// # Errors
+/// What `meniscus render` ends with.
+pub(super) fn draw(args: &RenderArgs, console: &Console, interrupt: Interrupt) -> Result<Rendered, Failure> {
     let kind = PictureKind::of(&args.out)?;
     let renderer = live::renderer(&args.renderer)?;
     claim::writable(&args.out)?;
     claim::differs(&args.out, &args.input)?;
     let input = Input::open(&args.input, &args.overrides.set, console)?;
     let mut job = Job::new(args, kind, input, renderer)?;
-    let rendered = job.draw(console, interrupt)?;
-    if args.json {
-        console.json(&rendered)
-    } else {
-        console.result(rendered.text())
-    }
+    job.draw(console, interrupt)
 }
 
 /// Everything that is settled before the first picture.
@@ -140,6 +152,13 @@ impl<'a> Job<'a> {
         let frames = Frames::new(input, renderer.as_ref())?;
         let scene = frames.scene();
         let camera = args.camera.as_deref();
+        let size = args.size;
+        let pixels = u64::from(size.0.x) * u64::from(size.0.y);
+        memory::require(
+            BYTES_A_PIXEL * pixels,
+            &format!("an image of {size} pixels"),
+            "choose a smaller --size",
+        )?;
         let view = camera::view(scene, camera, args.size.0, args.spp).or_input()?;
         let exposure = match args.exposure {
             Some(stops) => stops as f32,
@@ -160,7 +179,7 @@ impl<'a> Job<'a> {
         let format = PictureFormat {
             kind,
             size: args.size.0,
-            rate: scene.description.recording.rate,
+            rate: scene.description.recording.rate * args.speed,
             exposure,
         };
         Ok(Self {
@@ -181,8 +200,7 @@ impl<'a> Job<'a> {
                 self.renderer.name()
             ));
         }
-        let last = self.args.frames.is_some().then_some(self.wanted.end - 1);
-        let mut pictures = Pictures::create(&self.args.out, self.format, last)?;
+        let mut pictures = Pictures::create(&self.args.out, self.format, self.args.frames.is_some())?;
         let stopwatch = Stopwatch::start();
         let mut rendered = Rendered {
             input: self.args.input.clone(),
@@ -250,7 +268,10 @@ impl<'a> Job<'a> {
                 !interrupt.pressed()
             };
             let scene = self.frames.scene();
-            let report = match self.renderer.render(scene, &frame, &self.view, &mut image, &advance) {
+            let report = match self
+                .renderer
+                .render(scene, &frame, &self.view, &mut image, &advance)
+            {
                 Ok(report) => report,
                 Err(RenderError::Interrupted) => return Err(stopped()),
                 Err(error) => return Err(Failure::Run(error.into())),
@@ -258,7 +279,10 @@ impl<'a> Job<'a> {
             let file = pictures.write(&image, index)?;
             rendered.rays += report.rays;
             for (stage, seconds) in report.stages {
-                console.detail(format!("frame {index}: {stage} took {}", format::seconds(seconds)));
+                console.detail(format!(
+                    "frame {index}: {stage} took {}",
+                    format::seconds(seconds)
+                ));
             }
             rendered.pictures.push(Drawn {
                 file,
@@ -274,7 +298,11 @@ impl<'a> Job<'a> {
 fn kept(written: usize, total: u64, out: &Path) -> String {
     match written {
         0 => "no picture was finished".to_owned(),
-        _ => format!("{written} of {} finished, the last in {}", format::count(total, "picture"), out.display()),
+        _ => format!(
+            "{written} of {} finished, the last in {}",
+            format::count(total, "picture"),
+            out.display()
+        ),
     }
 }
 

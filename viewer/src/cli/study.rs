@@ -15,12 +15,10 @@ pub(super) const ABOUT: &str = "Measure error against run time.\n\nA study sweep
 
 /// Arguments of `meniscus study`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Examples:\n  \
+#[command(after_help = "Examples:\n  \
         meniscus study --list\n  \
         meniscus study wave-equation --quick -o studies\n  \
-        meniscus study wave-equation --check -o studies"
-)]
+        meniscus study wave-equation --check -o studies")]
 pub struct StudyArgs {
     /// Studies to run [default: all]
     #[arg(value_name = "NAME")]
@@ -71,7 +69,11 @@ pub(super) fn run(args: &StudyArgs, console: &Console) -> Result<(), Failure> {
 
 /// A study that does not exist is wrong input; anything else went wrong on the way.
 fn classify(error: anyhow::Error) -> Failure {
-    if error.is::<StudyError>() { Failure::Input(error) } else { error.into() }
+    if error.is::<StudyError>() {
+        Failure::Input(error)
+    } else {
+        error.into()
+    }
 }
 
 /// The studies there are.

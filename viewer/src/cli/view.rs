@@ -14,9 +14,7 @@ pub(super) const ABOUT: &str = "Open the window on a recording or a live scene.\
 
 /// Arguments of `meniscus view`.
 #[derive(Clone, Debug, Args)]
-#[command(
-    after_help = "Example:\n  meniscus view pond.mrec"
-)]
+#[command(after_help = "Example:\n  meniscus view pond.mrec")]
 pub struct ViewArgs {
     /// Recording to play, or scene to run live
     #[arg(value_name = "RUN.mrec|SCENE.toml")]

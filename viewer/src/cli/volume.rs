@@ -28,7 +28,9 @@ impl VolumeAccount {
         Self {
             volume_change,
             volume_added,
-            volume_drift: volume_change.zip(still).map(|(change, still)| (change - volume_added) / still),
+            volume_drift: volume_change
+                .zip(still)
+                .map(|(change, still)| (change - volume_added) / still),
         }
     }
 

@@ -89,6 +89,7 @@ impl Scheme {
         match self.scheme {
             WaveScheme::Explicit => "explicit",
             WaveScheme::Implicit => "implicit",
+            WaveScheme::ImplicitDamped => "implicit-damped",
         }
     }
 

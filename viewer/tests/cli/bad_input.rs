@@ -44,7 +44,7 @@ fn every_recording_command_refuses(folder: &Folder, input: &str, parts: &[&str])
 #[track_caller]
 fn refuses(folder: &Folder, args: &[&str], parts: &[&str]) {
     folder.run(args).exits(2).error_says(parts).silent();
-    for output in ["out.mrec", "out.png", "out.npz"] {
+    for output in ["out.mrec", "out.png", "out.gif", "out.npz"] {
         assert!(!folder.path(output).exists(), "{args:?} left {output} behind");
     }
 }
@@ -60,7 +60,7 @@ fn altered(old: &str, new: &str) -> Folder {
 #[test]
 fn missing_files_are_named() {
     let folder = Folder::new();
-    every_scene_command_refuses(&folder, "nowhere.toml", &["nowhere.toml", "No such file"]);
+    every_scene_command_refuses(&folder, "nowhere.toml", &["nowhere.toml", "no such file"]);
     every_recording_command_refuses(&folder, "nowhere.mrec", &["nowhere.mrec", "No such file"]);
 }
 
@@ -176,6 +176,28 @@ fn a_grid_of_too_many_samples_is_refused() {
     );
 }
 
+#[test]
+#[cfg(target_os = "linux")]
+fn an_image_too_large_for_memory_is_refused_with_both_figures() {
+    let folder = Folder::with_recording();
+    let ended =
+        folder.shell("ulimit -v 2000000; meniscus render run.mrec --size 16384x16384 --threads 2 -o out.png");
+    ended
+        .exits(2)
+        .error_says(&["16384x16384", "3.75 GiB", "of memory can be had", "--size"])
+        .silent();
+}
+
+#[test]
+fn a_gif_that_no_viewer_can_show_is_refused() {
+    let folder = Folder::with_recording();
+    refuses(
+        &folder,
+        &["render", "run.mrec", "--speed", "100", "-o", "out.gif"],
+        &["out.gif", "1000 frames a second", "--speed"],
+    );
+}
+
 /// A grid that is allowed, but for which this process may not have the memory.
 #[test]
 #[cfg(target_os = "linux")]
@@ -187,7 +209,12 @@ fn a_grid_too_large_for_memory_is_refused_with_both_figures() {
         let ended = folder.shell(&format!("ulimit -v 2000000; meniscus {args} --threads 2"));
         ended
             .exits(2)
-            .error_says(&["13334 x 13334 samples", "GiB", "of memory can be had", "solver.spacing"])
+            .error_says(&[
+                "13334 x 13334 samples",
+                "GiB",
+                "of memory can be had",
+                "solver.spacing",
+            ])
             .silent();
     }
 }
@@ -219,7 +246,10 @@ fn all_problems_are_told_one_a_line() {
             .error_says(&["scene.toml:29:", "colour"])
             .silent();
         assert!(
-            ended.stderr.lines().all(|line| line.starts_with("error: scene.toml:")),
+            ended
+                .stderr
+                .lines()
+                .all(|line| line.starts_with("error: scene.toml:")),
             "{}",
             ended.transcript()
         );
@@ -261,6 +291,7 @@ fn wrong_arguments_of_render_are_told() {
         (&["--size", "0x10"], &["--size", "from 1 to 16384"]),
         (&["--size", "99999x10"], &["--size", "from 1 to 16384"]),
         (&["--spp", "0"], &["--spp"]),
+        (&["--speed", "0"], &["--speed"]),
         (&["--exposure", "nan"], &["--exposure", "finite"]),
         (&["--at", "-1"], &["--at", "from 0 on"]),
         (&["--at", "100"], &["--at 100", "ends at 0.5 s"]),
@@ -278,8 +309,16 @@ fn wrong_arguments_of_render_are_told() {
         refuses(&folder, &args, parts);
     }
     refuses(&folder, &["render", "run.mrec"], &["--out"]);
-    refuses(&folder, &["render", "run.mrec", "-o", "out.jpg"], &["out.jpg", ".png, .exr, .gif or .mp4"]);
-    refuses(&folder, &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"], &["--size", "even", "16x10"]);
+    refuses(
+        &folder,
+        &["render", "run.mrec", "-o", "out.jpg"],
+        &["out.jpg", ".png, .exr, .gif or .mp4"],
+    );
+    refuses(
+        &folder,
+        &["render", "run.mrec", "-o", "out.mp4", "--size", "15x9"],
+        &["out.mp4", "15 x 9", "even"],
+    );
 }
 
 #[test]
@@ -287,17 +326,34 @@ fn wrong_arguments_of_the_other_commands_are_told() {
     let folder = Folder::with_recording();
     let cases: &[(&[&str], &[&str])] = &[
         (&["record", "scene.toml"], &["--out"]),
-        (&["record", "scene.toml", "-o", "out.mrec", "--duration", "-2"], &["--duration", "from 0 on"]),
-        (&["record", "scene.toml", "-o", "out.mrec", "--duration", "soon"], &["--duration"]),
-        (&["plan", "scene.toml", "--renderer", "crayon"], &["crayon", "whitted"]),
+        (
+            &["record", "scene.toml", "-o", "out.mrec", "--duration", "-2"],
+            &["--duration", "from 0 on"],
+        ),
+        (
+            &["record", "scene.toml", "-o", "out.mrec", "--duration", "soon"],
+            &["--duration"],
+        ),
+        (
+            &["plan", "scene.toml", "--renderer", "crayon"],
+            &["crayon", "whitted"],
+        ),
         (&["plan", "scene.toml", "--size", "1"], &["--size"]),
-        (&["export", "run.mrec", "--format", "xls", "-o", "out.npz"], &["xls", "npz"]),
+        (
+            &["export", "run.mrec", "--format", "xls", "-o", "out.npz"],
+            &["xls", "npz"],
+        ),
         (&["export", "run.mrec", "--format", "npz"], &["--out"]),
         (
-            &["export", "run.mrec", "--format", "npz", "--frames", "9", "-o", "out.npz"],
+            &[
+                "export", "run.mrec", "--format", "npz", "--frames", "9", "-o", "out.npz",
+            ],
             &["--frames", "frames 0 to 5 are there"],
         ),
-        (&["study", "no-such-study", "-o", "studies"], &["no-such-study", "wave-equation"]),
+        (
+            &["study", "no-such-study", "-o", "studies"],
+            &["no-such-study", "wave-equation"],
+        ),
         (&["study", "wave-equation"], &["--out"]),
         (&["splash"], &["splash"]),
     ];
@@ -309,25 +365,44 @@ fn wrong_arguments_of_the_other_commands_are_told() {
 #[test]
 fn outputs_that_name_a_directory_are_refused() {
     let folder = Folder::with_recording();
-    std::fs::create_dir(folder.path("taken.png")).unwrap();
-    for args in [
-        &["record", "scene.toml", "-o", "taken.png"][..],
-        &["render", "run.mrec", "-o", "taken.png"],
-        &["export", "run.mrec", "--format", "npz", "-o", "taken.png"],
+    for name in ["taken.png", "taken.npz", "taken.pvd"] {
+        std::fs::create_dir(folder.path(name)).unwrap();
+    }
+    for (args, name) in [
+        (&["record", "scene.toml", "-o", "taken.png"][..], "taken.png"),
+        (&["render", "run.mrec", "-o", "taken.png"], "taken.png"),
+        (
+            &["export", "run.mrec", "--format", "npz", "-o", "taken"],
+            "taken.npz",
+        ),
+        (
+            &["export", "run.mrec", "--format", "vtk", "-o", "taken"],
+            "taken.pvd",
+        ),
     ] {
-        folder.run(args).exits(2).error_says(&["taken.png", "is a directory"]).silent();
+        folder
+            .run(args)
+            .exits(2)
+            .error_says(&[name, "is a directory"])
+            .silent();
     }
 }
 
 #[test]
 fn an_input_is_never_overwritten() {
     let folder = Folder::with_recording();
-    let before = (folder.read("scene.toml"), folder.read("run.mrec"));
+    // The name of a recording is the user's choice.
+    std::fs::rename(folder.path("run.mrec"), folder.path("run.npz")).unwrap();
+    let before = (folder.read("scene.toml"), folder.read("run.npz"));
     for args in [
         &["record", "scene.toml", "-o", "./scene.toml"][..],
-        &["export", "run.mrec", "--format", "npz", "-o", "./run.mrec"],
+        &["export", "run.npz", "--format", "npz", "-o", "./run.npz"],
     ] {
-        folder.run(args).exits(2).error_says(&["would be overwritten"]).silent();
+        folder
+            .run(args)
+            .exits(2)
+            .error_says(&["would be overwritten"])
+            .silent();
     }
-    assert!(before == (folder.read("scene.toml"), folder.read("run.mrec")));
+    assert!(before == (folder.read("scene.toml"), folder.read("run.npz")));
 }

@@ -20,13 +20,22 @@ fn a_live_run_and_its_recording_give_the_same_picture() {
     let folder = Folder::with_recording();
     for (at, name) in [("0", "start"), ("0.3", "middle")] {
         for extension in ["png", "exr"] {
-            let (live, recorded) = (format!("live-{name}.{extension}"), format!("recorded-{name}.{extension}"));
+            let (live, recorded) = (
+                format!("live-{name}.{extension}"),
+                format!("recorded-{name}.{extension}"),
+            );
             render(&folder, &["scene.toml", "--at", at, "-o", &live]);
             render(&folder, &["run.mrec", "--at", at, "-o", &recorded]);
-            assert!(folder.read(&live) == folder.read(&recorded), "{live} and {recorded} differ");
+            assert!(
+                folder.read(&live) == folder.read(&recorded),
+                "{live} and {recorded} differ"
+            );
         }
     }
-    assert!(folder.read("live-start.png") != folder.read("live-middle.png"), "time changes nothing");
+    assert!(
+        folder.read("live-start.png") != folder.read("live-middle.png"),
+        "time changes nothing"
+    );
 }
 
 #[test]
@@ -71,11 +80,16 @@ fn a_live_run_goes_on_past_its_duration() {
 fn a_range_of_frames_gives_numbered_stills() {
     let folder = Folder::with_recording();
     let drawn = render(&folder, &["run.mrec", "--frames", "2..=3", "-o", "wave.png"]);
-    let files: Vec<_> = drawn["pictures"].as_array().unwrap().iter().map(|drawn| &drawn["file"]).collect();
-    assert_eq!(files, ["wave-0002.png", "wave-0003.png"]);
+    let files: Vec<_> = drawn["pictures"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|drawn| &drawn["file"])
+        .collect();
+    assert_eq!(files, ["wave_000002.png", "wave_000003.png"]);
     assert!(!folder.path("wave.png").exists());
     render(&folder, &["run.mrec", "--at", "0.2", "-o", "single.png"]);
-    assert!(folder.read("single.png") == folder.read("wave-0002.png"));
+    assert!(folder.read("single.png") == folder.read("wave_000002.png"));
 }
 
 #[test]
@@ -118,10 +132,17 @@ fn a_damaged_frame_is_left_out_of_a_sequence_and_refused_alone() {
     folder.write("hurt.mrec", &bytes);
     let drawn = render(&folder, &["hurt.mrec", "--frames", "..", "-o", "wave.png"]);
     let skipped = drawn["skipped"].as_array().unwrap();
-    assert_eq!((drawn["pictures"].as_array().unwrap().len(), skipped.len()), (5, 1), "{drawn}");
+    assert_eq!(
+        (drawn["pictures"].as_array().unwrap().len(), skipped.len()),
+        (5, 1),
+        "{drawn}"
+    );
     let hurt = skipped[0].to_string();
     let alone = folder.run(["render", "hurt.mrec", "--frames", &hurt, "-o", "alone.png"]);
-    alone.exits(2).error_says(&["hurt.mrec", "frame", &hurt, "damaged"]).silent();
+    alone
+        .exits(2)
+        .error_says(&["hurt.mrec", "frame", &hurt, "damaged"])
+        .silent();
 }
 
 /// Puts a program called `ffmpeg` on the path that keeps its last argument's file as the bytes that it is given.
@@ -129,7 +150,10 @@ fn a_damaged_frame_is_left_out_of_a_sequence_and_refused_alone() {
 fn with_ffmpeg(folder: &Folder, script: &str, args: &[&str]) -> crate::support::Ended {
     use std::os::unix::fs::PermissionsExt as _;
     std::fs::create_dir_all(folder.path("bin")).unwrap();
-    let ffmpeg = folder.write("bin/ffmpeg", format!("#!/bin/sh\nfor out; do :; done\n{script}\n"));
+    let ffmpeg = folder.write(
+        "bin/ffmpeg",
+        format!("#!/bin/sh\nfor out; do :; done\n{script}\n"),
+    );
     std::fs::set_permissions(ffmpeg, std::fs::Permissions::from_mode(0o755)).unwrap();
     let mut command = folder.command(args);
     let path = std::env::var("PATH").unwrap();
@@ -141,7 +165,9 @@ fn with_ffmpeg(folder: &Folder, script: &str, args: &[&str]) -> crate::support::
 #[cfg(unix)]
 fn an_mp4_gets_every_picture_through_ffmpeg() {
     let folder = Folder::with_recording();
-    let args = ["render", "run.mrec", "--size", "48x28", "--spp", "1", "-o", "wave.mp4"];
+    let args = [
+        "render", "run.mrec", "--size", "48x28", "--spp", "1", "-o", "wave.mp4",
+    ];
     with_ffmpeg(&folder, "cat > \"$out\"", &args).exits(0);
     assert_eq!(folder.read("wave.mp4").len(), 6 * 48 * 28 * 3);
 }
@@ -150,8 +176,14 @@ fn an_mp4_gets_every_picture_through_ffmpeg() {
 #[cfg(unix)]
 fn a_failing_ffmpeg_is_quoted() {
     let folder = Folder::with_recording();
-    let args = ["render", "run.mrec", "--size", "48x28", "--spp", "1", "-o", "wave.mp4"];
-    let ended = with_ffmpeg(&folder, "cat > /dev/null; echo 'no such codec' >&2; exit 3", &args);
+    let args = [
+        "render", "run.mrec", "--size", "48x28", "--spp", "1", "-o", "wave.mp4",
+    ];
+    let ended = with_ffmpeg(
+        &folder,
+        "cat > /dev/null; echo 'no such codec' >&2; exit 3",
+        &args,
+    );
     ended.exits(1).error_says(&["ffmpeg", "no such codec"]).silent();
     let ended = with_ffmpeg(&folder, "echo 'no such codec' >&2; exit 3", &args);
     ended.exits(1).error_says(&["ffmpeg"]).silent();
@@ -163,7 +195,10 @@ fn a_missing_ffmpeg_is_named() {
     let mut command = folder.command(["render", "run.mrec", "--size", "48x28", "-o", "wave.mp4"]);
     command.env("PATH", folder.path("nothing"));
     let ended = crate::support::Ended::of(command);
-    ended.exits(1).error_says(&["wave.mp4", "ffmpeg", "PATH", ".gif"]).silent();
+    ended
+        .exits(1)
+        .error_says(&["wave.mp4", "ffmpeg", "PATH", ".gif"])
+        .silent();
     assert!(!folder.path("wave.mp4").exists());
 }
 

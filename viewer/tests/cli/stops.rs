@@ -1,12 +1,15 @@
 //! Runs that stop early: full disks, places that cannot be written, refused steps, Ctrl-C and sudden death.
 
-use crate::support::{Folder, SCENE, end, signal, wait_for_length, wait_until};
+use crate::support::{Folder, SCENE, wait_for_length, wait_until};
 use std::path::Path;
 
 /// A run that goes on for hours unless it is stopped, in frames of a few milliseconds.
 fn endless() -> Folder {
     let folder = Folder::new();
-    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("duration = 0.5", "duration = 100000.0"),
+    );
     folder
 }
 
@@ -25,11 +28,15 @@ fn ctrl_c_finishes_the_frame_and_closes_the_recording() {
     let folder = endless();
     let child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--json"]);
     wait_for_length(&folder.path("run.mrec"), 100_000);
-    signal(&child, "INT");
-    let ended = end(child);
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130).silent();
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
-    assert!(ended.stderr.contains("of 1000001 frames are in run.mrec"), "{}", ended.transcript());
+    assert!(
+        ended.stderr.contains("of 1000001 frames are in run.mrec"),
+        "{}",
+        ended.transcript()
+    );
     assert!(whole_frames(&folder, "run.mrec") > 10);
     // Closed in order: no damage, no missing index.
     let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
@@ -42,8 +49,8 @@ fn sudden_death_loses_at_most_the_frame_in_flight() {
     let folder = endless();
     let child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
     wait_for_length(&folder.path("run.mrec"), 100_000);
-    signal(&child, "KILL");
-    assert_eq!(end(child).code, None);
+    child.signal("KILL");
+    assert_eq!(child.end().code, None);
     let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
     assert_eq!(info["closed"], false);
     assert!(whole_frames(&folder, "run.mrec") > 10);
@@ -61,33 +68,42 @@ fn a_second_ctrl_c_exits_at_once() {
             .replace("spacing = 0.0625", "spacing = 0.002"),
     );
     let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
-    wait_until("the first frame is written", || {
-        std::fs::metadata(folder.path("run.mrec")).is_ok_and(|file| file.len() > 1000)
-    });
-    signal(&child, "INT");
+    // The header takes a few kilobytes, the first frame more than one megabyte.
+    wait_for_length(&folder.path("run.mrec"), 1_000_000);
+    child.signal("INT");
     std::thread::sleep(std::time::Duration::from_millis(300));
-    assert!(child.try_wait().unwrap().is_none(), "the first Ctrl-C waits for the frame");
-    signal(&child, "INT");
-    let ended = end(child);
+    assert!(child.is_running(), "the first Ctrl-C waits for the frame");
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130);
-    assert!(ended.stderr.contains("press Ctrl-C again"), "{}", ended.transcript());
+    assert!(
+        ended.stderr.contains("press Ctrl-C again"),
+        "{}",
+        ended.transcript()
+    );
 }
 
 #[test]
 fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
     let folder = Folder::with_recording();
-    let args = ["render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png"];
+    let args = [
+        "render", "run.mrec", "--frames", "0..6", "--size", "640x360", "--spp", "64", "-o", "wave.png",
+    ];
     let child = folder.start(args);
     wait_until("the first picture is there", || {
-        image_opens(&folder.path("wave-0000.png"))
+        image_opens(&folder.path("wave_000000.png"))
     });
-    signal(&child, "INT");
-    let ended = end(child);
+    child.signal("INT");
+    let ended = child.end();
     ended.exits(130).silent();
     assert!(ended.stderr.contains("interrupted; "), "{}", ended.transcript());
     for index in 0..6 {
-        let path = folder.path(&format!("wave-{index:04}.png"));
-        assert!(!path.exists() || image_opens(&path), "{} is not whole", path.display());
+        let path = folder.path(&format!("wave_{index:06}.png"));
+        assert!(
+            !path.exists() || image_opens(&path),
+            "{} is not whole",
+            path.display()
+        );
     }
 }
 
@@ -97,13 +113,21 @@ fn image_opens(path: &Path) -> bool {
 
 #[test]
 fn a_full_device_is_told() {
-    let folder = Folder::with_scene();
+    let folder = Folder::with_recording();
     if !Path::new("/dev/full").exists() {
         println!("left out: this system has no /dev/full");
         return;
     }
-    let ended = folder.run(["record", "scene.toml", "-o", "/dev/full"]);
-    ended.exits(1).error_says(&["/dev/full", "No space left on device"]).silent();
+    for args in [
+        &["record", "scene.toml", "-o", "/dev/full"][..],
+        &["export", "run.mrec", "--format", "npz", "-o", "/dev/full"],
+    ] {
+        folder
+            .run(args)
+            .exits(1)
+            .error_says(&["/dev/full", "No space left on device"])
+            .silent();
+    }
 }
 
 /// A small file system that is unmounted again.
@@ -116,14 +140,21 @@ impl<'a> Small<'a> {
         let options = format!("size={size}");
         let mut mount = std::process::Command::new("mount");
         mount.args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(path);
-        mount.output().is_ok_and(|output| output.status.success()).then_some(Self(path))
+        mount
+            .output()
+            .is_ok_and(|output| output.status.success())
+            .then_some(Self(path))
     }
 }
 
 impl Drop for Small<'_> {
     fn drop(&mut self) {
         let unmounted = std::process::Command::new("umount").arg(self.0).status();
-        assert!(unmounted.is_ok_and(|status| status.success()), "{} stays mounted", self.0.display());
+        assert!(
+            unmounted.is_ok_and(|status| status.success()),
+            "{} stays mounted",
+            self.0.display()
+        );
     }
 }
 
@@ -138,21 +169,42 @@ fn a_disk_that_fills_up_keeps_what_was_finished() {
         return;
     };
     let ended = folder.run(["record", "scene.toml", "-o", "disk/run.mrec"]);
-    ended.exits(1).error_says(&["disk/run.mrec", "No space left on device"]).silent();
+    ended
+        .exits(1)
+        .error_says(&["disk/run.mrec", "No space left on device"])
+        .silent();
     assert!(whole_frames(&folder, "disk/run.mrec") > 10);
 
     // The disk is full now. Nothing else fits, and nothing half is left.
     for name in ["wave.png", "wave.exr", "wave.gif"] {
         let out = format!("disk/{name}");
-        let ended = folder.run(["render", "short.mrec", "--size", "640x360", "--spp", "1", "-o", &out]);
-        ended.exits(1).error_says(&[name, "No space left on device"]).silent();
+        let ended = folder.run([
+            "render",
+            "short.mrec",
+            "--size",
+            "640x360",
+            "--spp",
+            "1",
+            "-o",
+            &out,
+        ]);
+        ended
+            .exits(1)
+            .error_says(&[name, "No space left on device"])
+            .silent();
     }
     for format in ["npz", "vtk", "obj", "ply", "glb"] {
         let out = format!("disk/out.{format}");
         let ended = folder.run(["export", "short.mrec", "--format", format, "-o", &out]);
-        ended.exits(1).error_says(&["disk/out", "No space left on device"]).silent();
+        ended
+            .exits(1)
+            .error_says(&["disk/out", "No space left on device"])
+            .silent();
     }
-    let left: Vec<_> = std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> = std::fs::read_dir(&path)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert_eq!(left, ["run.mrec"]);
 }
 
@@ -169,7 +221,11 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
         &["export", "short.mrec", "--format", "npz", "-o", "nowhere/out.npz"],
         &["export", "short.mrec", "--format", "vtk", "-o", "nowhere/out.vtk"],
     ] {
-        folder.run(args).exits(1).error_says(&["nowhere", "No such file"]).silent();
+        folder
+            .run(args)
+            .exits(1)
+            .error_says(&["nowhere", "No such file"])
+            .silent();
     }
 }
 
@@ -177,7 +233,10 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
 fn a_step_that_is_refused_keeps_the_frames_before() {
     let folder = Folder::new();
     // Far above the Courant limit of about 0.02 s.
-    folder.write("scene.toml", SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"),
+    );
     let ended = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
     assert!(matches!(ended.code, Some(1 | 2)), "{}", ended.transcript());
     ended.error_says(&["step", "0.09", "limit"]).silent();

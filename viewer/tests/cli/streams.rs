@@ -1,7 +1,9 @@
 //! What goes to which stream, and streams that are closed or full.
 
-use crate::support::{Ended, Folder, SCENE, end};
+use crate::support::{Folder, Running, SCENE};
+use std::io::{BufRead as _, BufReader};
 use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 /// Commands that print a result, quick ones.
 const RESULTS: [&[&str]; 9] = [
@@ -33,8 +35,8 @@ fn a_closed_standard_output_ends_quietly() {
     let recorded: &[&str] = &["record", "scene.toml", "-o", "again.mrec"];
     for args in RESULTS.into_iter().chain([recorded]) {
         let mut child = folder.start(args);
-        drop(child.stdout.take());
-        let ended = end(child);
+        drop(child.0.stdout.take());
+        let ended = child.end();
         ended.exits(0);
         assert_eq!(ended.stderr, "", "{args:?}: {}", ended.transcript());
     }
@@ -46,11 +48,11 @@ fn a_closed_standard_output_ends_quietly() {
 fn a_closed_standard_error_does_not_stop_the_work() {
     let folder = Folder::with_scene();
     let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec", "-vv"]);
-    drop(child.stderr.take());
-    end(child).exits(0);
+    drop(child.0.stderr.take());
+    child.end().exits(0);
     let mut child = folder.start(["record", "nowhere.toml", "-o", "run.mrec"]);
-    drop(child.stderr.take());
-    end(child).exits(2);
+    drop(child.0.stderr.take());
+    child.end().exits(2);
 }
 
 #[test]
@@ -59,27 +61,59 @@ fn a_full_standard_output_is_an_error() {
     let folder = Folder::with_recording();
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
     let mut command = folder.command(["info", "run.mrec"]);
-    let output = command.stdout(Stdio::from(full)).stderr(Stdio::piped()).spawn().unwrap();
-    end(output).exits(1).error_says(&["standard output", "No space left"]);
+    let child = command
+        .stdout(Stdio::from(full))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    Running(child)
+        .end()
+        .exits(1)
+        .error_says(&["standard output", "No space left"]);
+}
+
+/// A run of many hours.
+fn endless() -> Folder {
+    let folder = Folder::new();
+    folder.write(
+        "scene.toml",
+        SCENE.replace("duration = 0.5", "duration = 100000.0"),
+    );
+    folder
 }
 
 #[test]
 fn progress_is_plain_lines_where_there_is_no_terminal() {
-    let folder = Folder::new();
-    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 2000.0"));
-    let long = |extra: &[&str]| -> Ended {
-        let mut args = vec!["record", "scene.toml", "-o", "run.mrec"];
-        args.extend(extra);
-        let started = std::time::Instant::now();
-        let ended = folder.run(args);
-        ended.exits(0);
-        let lines = ended.stderr.lines().count() as u64;
-        assert!(lines <= started.elapsed().as_secs() + 1, "more than a line a second\n{}", ended.transcript());
-        assert!(!ended.stderr.contains(['\r', '\x1b']), "{}", ended.transcript());
-        ended
-    };
-    for line in long(&[]).stderr.lines() {
-        assert!(line.starts_with("recording: ") && line.contains("% (") && line.ends_with(" left"), "{line}");
+    let folder = endless();
+    let started = Instant::now();
+    let mut child = folder.start(["record", "scene.toml", "-o", "run.mrec"]);
+    let stderr = BufReader::new(child.0.stderr.take().unwrap());
+    for (count, line) in stderr.lines().take(3).enumerate() {
+        let line = line.unwrap();
+        assert!(
+            line.starts_with("recording: ") && line.contains("% (") && line.ends_with(" left"),
+            "{line}"
+        );
+        assert!(
+            line.contains(" of 1000001 frames)") && !line.contains('\x1b'),
+            "{line}"
+        );
+        assert!(
+            started.elapsed().as_secs() > count as u64,
+            "more than a line a second"
+        );
     }
-    assert_eq!(long(&["--quiet"]).stderr, "");
+}
+
+#[test]
+#[cfg(unix)]
+fn quiet_shows_no_progress() {
+    let folder = endless();
+    let child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--quiet"]);
+    // Long enough for a line, were there any.
+    std::thread::sleep(Duration::from_secs(3));
+    child.signal("INT");
+    let ended = child.end();
+    ended.exits(130);
+    assert!(!ended.stderr.contains("recording: "), "{}", ended.transcript());
 }

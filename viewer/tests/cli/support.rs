@@ -1,13 +1,12 @@
 //! Runs the real `meniscus` binary in a folder of its own and looks at what it says.
 
-// Helpers outside `#[test]` functions may unwrap as tests do.
-#![allow(clippy::unwrap_used)]
-
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -97,9 +96,15 @@ impl Folder {
     }
 
     /// Starts the command in this folder with both streams captured.
-    pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Child {
+    pub fn start<S: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = S>) -> Running {
         let mut command = self.command(args);
-        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+        Running(
+            command
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap(),
+        )
     }
 
     /// Runs a shell command line in this folder; `meniscus` in it is the binary under test.
@@ -107,9 +112,64 @@ impl Folder {
     pub fn shell(&self, line: &str) -> Ended {
         let mut command = Command::new("sh");
         let line = line.replace("meniscus", env!("CARGO_BIN_EXE_meniscus"));
-        command.args(["-c", &line]).current_dir(self.0.path()).stdin(Stdio::null());
+        command
+            .args(["-c", &line])
+            .current_dir(self.0.path())
+            .stdin(Stdio::null());
         Ended::of(command)
     }
+}
+
+/// A command under way; a test that fails does not leave it behind.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail where it has ended, which is as well.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Running {
+    /// Sends a signal, such as `INT`.
+    #[cfg(unix)]
+    pub fn signal(&self, name: &str) {
+        let line = format!("kill -s {name} {}", self.0.id());
+        assert!(Command::new("sh").args(["-c", &line]).status().unwrap().success());
+    }
+
+    /// Whether it has not ended yet.
+    pub fn is_running(&mut self) -> bool {
+        self.0.try_wait().unwrap().is_none()
+    }
+
+    /// Waits for its end.
+    #[track_caller]
+    pub fn end(mut self) -> Ended {
+        // Read while it runs: a pipe that nobody empties would stop it.
+        let stdout = self.0.stdout.take().map(read);
+        let stderr = self.0.stderr.take().map(read);
+        wait_until("the command ends", || !self.is_running());
+        let text = |reader: Option<JoinHandle<String>>| {
+            reader.map_or_else(String::new, |reader| reader.join().unwrap())
+        };
+        Ended {
+            command: "a command under way".into(),
+            code: self.0.wait().unwrap().code(),
+            stdout: text(stdout),
+            stderr: text(stderr),
+        }
+    }
+}
+
+/// Reads a pipe to its end, on another thread.
+fn read(mut pipe: impl Read + Send + 'static) -> JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = String::new();
+        pipe.read_to_string(&mut text).unwrap();
+        text
+    })
 }
 
 /// A command that came to its end.
@@ -198,30 +258,12 @@ pub fn wait_for_length(path: &Path, length: u64) {
     });
 }
 
-/// Sends a signal, such as `INT`, to a child.
-#[cfg(unix)]
-pub fn signal(child: &Child, name: &str) {
-    let line = format!("kill -s {name} {}", child.id());
-    assert!(Command::new("sh").args(["-c", &line]).status().unwrap().success());
-}
-
-/// Waits for a child to end.
-#[track_caller]
-pub fn end(mut child: Child) -> Ended {
-    wait_until("the child ends", || child.try_wait().unwrap().is_some());
-    let output = child.wait_with_output().unwrap();
-    Ended {
-        command: "child".into(),
-        code: output.status.code(),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
-}
-
 /// CRC-32 as in ZIP and PNG, bit by bit.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let shift = |crc: u32| (crc >> 1) ^ (0xedb8_8320 * (crc & 1));
-    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc)))
+    !bytes.iter().fold(!0, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| shift(crc))
+    })
 }
 
 /// A `.npy` file of little-endian `f32` values.

@@ -563,7 +563,7 @@ fn inspect<T: Real>(k: &Constants<T>, old: (&[T], &[T], &[T]), new: (&[T], &[T],
         // Written so that NaN counts as broken.
         broken |= u32::from(!(motion < k.momentum_limit)) | u32::from(!(h[c] >= T::ZERO));
     }
-    alive * flag::ALIVE | deep * flag::DEEP | broken * flag::BROKEN
+    (alive * flag::ALIVE) | (deep * flag::DEEP) | (broken * flag::BROKEN)
 }
 
 /// Momentum of films made consistent with their faded velocity; none where it is dry.

@@ -1,0 +1,97 @@
+//! Scenes made by hand.
+#![allow(dead_code)]
+
+use meniscus_sim::glam::{UVec2, Vec2, Vec3};
+use meniscus_sim::render::{Image, RenderReport, Renderer, View};
+use meniscus_sim::scene::description::*;
+use meniscus_sim::{Frame, Grid, GridSpec, Scene};
+
+/// A still scene over `spec`: uniform sky of radiance 1, no sun, clear water at level 0, open edges, no ground.
+pub fn scene(spec: GridSpec) -> Scene {
+    let open = Boundary {
+        x_min: Edge::Open,
+        x_max: Edge::Open,
+        z_min: Edge::Open,
+        z_max: Edge::Open,
+    };
+    Scene {
+        description: Description {
+            name: "test".to_owned(),
+            seed: 1,
+            duration: 1.0,
+            domain: Domain {
+                origin: Some(spec.origin),
+                size: Some(spec.extent()),
+            },
+            water: Water {
+                absorption: Vec3::ZERO,
+                scattering: Vec3::ZERO,
+                ..Water::default()
+            },
+            terrain: None,
+            ground: GroundLook::default(),
+            solver: Solver::Procedural(Procedural {
+                spacing: spec.spacing,
+                depth: None,
+                waves: Vec::new(),
+            }),
+            boundary: open,
+            objects: Vec::new(),
+            light: Light {
+                sun: None,
+                sky: Sky::Uniform { radiance: Vec3::ONE },
+            },
+            cameras: Vec::new(),
+            events: Vec::new(),
+            recording: Recording::default(),
+        },
+        grid: spec,
+        terrain: None,
+        meshes: Vec::new(),
+        sky: None,
+        initial_elevation: None,
+    }
+}
+
+pub fn square(n: u32, spacing: f32) -> GridSpec {
+    GridSpec::new(Vec2::ZERO, spacing, UVec2::splat(n)).unwrap()
+}
+
+/// Level ground at `height`.
+pub fn floor(scene: &mut Scene, height: f32) {
+    scene.description.terrain = Some(Terrain::Flat { height });
+    scene.terrain = Some(Grid::filled(scene.grid, height));
+}
+
+pub fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
+    let across = (target - position).normalize().cross(Vec3::Y).length() > 1e-3;
+    View {
+        position,
+        target,
+        up: if across { Vec3::Y } else { Vec3::NEG_Z },
+        vertical_fov: 0.9,
+        size,
+        samples: 1,
+    }
+}
+
+pub fn frame(spec: GridSpec, elevation: impl Fn(Vec2) -> f32) -> Frame {
+    let mut frame = Frame::new(spec);
+    frame.elevation = Grid::from_fn(spec, |i, j| elevation(spec.position(i, j)));
+    frame
+}
+
+pub fn draw(renderer: &mut dyn Renderer, scene: &Scene, frame: &Frame, view: &View) -> (Image, RenderReport) {
+    let mut image = Image::default();
+    let report = renderer
+        .render(scene, frame, view, &mut image, &|_| true)
+        .unwrap();
+    assert_eq!(image.pixels.len(), (view.size.x * view.size.y) as usize);
+    assert!(
+        image
+            .pixels
+            .iter()
+            .all(|p| p.is_finite() && p.min_element() >= 0.0)
+    );
+    (image, report)
+}
