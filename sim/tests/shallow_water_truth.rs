@@ -1,6 +1,8 @@
 //! The shallow-water solver against closed-form solutions and the laboratory. Bounds are the bars of the project, a
 //! little above the figures of `docs/numerics-shallow-water.md`.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+
 use meniscus_sim::shallow_water::analytic::{BumpFlow, Ritter};
 use meniscus_sim::shallow_water::cases::{Case, Options, Outcome};
 use meniscus_sim::shallow_water::monai::Monai;
@@ -19,7 +21,11 @@ fn both(case: Case, bars: &[(u32, f64)]) {
         for &(cells, bar) in bars {
             let outcome = run(case, cells, precision);
             let error = outcome.depth_error;
-            assert!(error <= bar, "{} at {cells}, {precision:?}: {error:e} > {bar:e}", case.name());
+            assert!(
+                error <= bar,
+                "{} at {cells}, {precision:?}: {error:e} > {bar:e}",
+                case.name()
+            );
             assert!(outcome.least_depth >= 0.0);
         }
     }
@@ -41,10 +47,11 @@ fn dam_break_onto_dry_ground() {
 #[test]
 fn the_front_on_dry_ground_runs_at_its_speed() {
     // Where the exact depth passes 1 % of the reservoir's, the computed one does too, within 1 % of the way run.
-    let mut setup = Case::Ritter
-        .setup(400, Options::default())
-        .unwrap();
-    let exact = Ritter { dam: 5.0, left: 0.005 };
+    let mut setup = Case::Ritter.setup(400, Options::default()).unwrap();
+    let exact = Ritter {
+        dam: 5.0,
+        left: 0.005,
+    };
     use meniscus_sim::Solver;
     setup.solver.advance(6.0).unwrap();
     let depths = setup.solver.depths();
@@ -63,7 +70,12 @@ fn oscillations_in_a_bowl() {
     both(Case::ThackerRadial, &[(50, 4e-2), (100, 1.3e-2)]);
     for case in [Case::ThackerPlanar, Case::ThackerRadial] {
         let outcome = run(case, 100, Precision::Single);
-        assert!(outcome.shore_error <= 1.0, "{}: {}", case.name(), outcome.shore_error);
+        assert!(
+            outcome.shore_error <= 1.0,
+            "{}: {}",
+            case.name(),
+            outcome.shore_error
+        );
         assert_eq!(outcome.volume_drift, 0.0);
     }
 }
@@ -99,6 +111,10 @@ fn the_laboratory_tsunami() {
     for cells in [98, 196] {
         let outcome = data.run(cells, Settings::default()).unwrap();
         assert!(outcome.mean_rms() <= 0.38e-2, "{cells}: {:?}", outcome.rms);
-        assert!(outcome.peak_error.iter().all(|e| e.abs() <= 0.3e-2), "{cells}: {:?}", outcome.peak_error);
+        assert!(
+            outcome.peak_error.iter().all(|e| e.abs() <= 0.3e-2),
+            "{cells}: {:?}",
+            outcome.peak_error
+        );
     }
 }

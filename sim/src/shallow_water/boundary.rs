@@ -124,7 +124,12 @@ impl Boundary {
 
     /// Beyond which edges (x_min, x_max, z_min, z_max) the state may change while nothing inside does.
     pub(crate) fn driven(&self) -> [bool; 4] {
-        SIDES.map(|s| matches!(s.condition(&self.edges), Condition::Elevation(_) | Condition::Discharge(_)))
+        SIDES.map(|s| {
+            matches!(
+                s.condition(&self.edges),
+                Condition::Elevation(_) | Condition::Discharge(_)
+            )
+        })
     }
 
     /// Whether the domain repeats along X and along Z.

@@ -68,7 +68,9 @@ pub enum CheckpointError {
         at: usize,
     },
     /// An array has the wrong length.
-    #[error("checkpoint: {what} has {found} entries instead of {expected}; it is of another version or damaged")]
+    #[error(
+        "checkpoint: {what} has {found} entries instead of {expected}; it is of another version or damaged"
+    )]
     Length {
         /// Which array.
         what: &'static str,
@@ -137,7 +139,11 @@ impl Checkpoint {
                 return damaged(what, value, 0);
             }
         }
-        if let Some(at) = self.tiles.iter().position(|t| !(t.speed.is_finite() && t.speed >= 0.0)) {
+        if let Some(at) = self
+            .tiles
+            .iter()
+            .position(|t| !(t.speed.is_finite() && t.speed >= 0.0))
+        {
             return damaged("tile speed", self.tiles[at].speed, at);
         }
         for (what, values, least) in [

@@ -124,7 +124,8 @@ impl Monai {
         let mut header = [0.0; 6];
         for value in &mut header {
             let key = words.next().unwrap_or_default().to_owned();
-            *value = number(words.next()).ok_or_else(|| format(&path, format!("header `{key}` has no number")))?;
+            *value =
+                number(words.next()).ok_or_else(|| format(&path, format!("header `{key}` has no number")))?;
         }
         let (columns, rows, spacing) = (header[0] as usize, header[1] as usize, header[4]);
         let heights: Vec<f64> = words.map_while(|w| number(Some(w))).collect();
@@ -140,7 +141,11 @@ impl Monai {
             let rows: Vec<Vec<f64>> = text
                 .lines()
                 .skip(1)
-                .map(|line| line.split_ascii_whitespace().map_while(|w| number(Some(w))).collect())
+                .map(|line| {
+                    line.split_ascii_whitespace()
+                        .map_while(|w| number(Some(w)))
+                        .collect()
+                })
                 .filter(|row: &Vec<f64>| !row.is_empty())
                 .collect();
             if rows.is_empty() {
@@ -151,12 +156,16 @@ impl Monai {
         let short = |name: &str| format(&folder.join(name), "a row has too few numbers".to_owned());
         let mut wave = Vec::new();
         for row in table(WAVE)? {
-            let [time, elevation] = row[..] else { return Err(short(WAVE)) };
+            let [time, elevation] = row[..] else {
+                return Err(short(WAVE));
+            };
             wave.push([time, elevation]);
         }
         let mut gauges = Vec::new();
         for row in table(GAUGES)? {
-            let [time, a, b, c] = row[..] else { return Err(short(GAUGES)) };
+            let [time, a, b, c] = row[..] else {
+                return Err(short(GAUGES));
+            };
             gauges.push((time, [0.01 * a, 0.01 * b, 0.01 * c]));
         }
         Ok(Self {
@@ -178,7 +187,8 @@ impl Monai {
         };
         let ((i, fx), (j, fz)) = (clamp(x, self.columns), clamp(z, self.rows));
         let at = |i: usize, j: usize| self.ground[j * self.columns + i];
-        (at(i, j) * (1.0 - fx) + at(i + 1, j) * fx) * (1.0 - fz) + (at(i, j + 1) * (1.0 - fx) + at(i + 1, j + 1) * fx) * fz
+        (at(i, j) * (1.0 - fx) + at(i + 1, j) * fx) * (1.0 - fz)
+            + (at(i, j + 1) * (1.0 - fx) + at(i + 1, j + 1) * fx) * fz
     }
 
     /// The tank at rest with `cells` cells along X.
@@ -188,7 +198,11 @@ impl Monai {
     pub fn setup(&self, cells: u32, settings: Settings) -> Result<ShallowWater, MonaiError> {
         let spacing = TANK[0] / f64::from(cells);
         let rows = (TANK[1] / spacing).round() as u32;
-        let spec = GridSpec::new(Vec2::splat(0.5 * spacing as f32), spacing as f32, UVec2::new(cells, rows))?;
+        let spec = GridSpec::new(
+            Vec2::splat(0.5 * spacing as f32),
+            spacing as f32,
+            UVec2::new(cells, rows),
+        )?;
         // A cell's bed is the mean over the cell.
         let parts = (spacing / self.spacing).ceil().max(1.0) as u32;
         let initial = Initial::still(&spec, |x, z| {
@@ -256,10 +270,14 @@ fn gauge(solver: &ShallowWater) -> [f64; 3] {
     let spacing = f64::from(spec.spacing);
     POSITIONS.map(|[x, z]| {
         let (gx, gz) = ((x - x0) / spacing, (z - z0) / spacing);
-        let (i, j) = ((gx as usize).min(spec.width() - 2), (gz as usize).min(spec.height() - 2));
+        let (i, j) = (
+            (gx as usize).min(spec.width() - 2),
+            (gz as usize).min(spec.height() - 2),
+        );
         let (fx, fz) = (gx - i as f64, gz - j as f64);
         let at = |i: usize, j: usize| solver.elevation_at(i, j);
-        (at(i, j) * (1.0 - fx) + at(i + 1, j) * fx) * (1.0 - fz) + (at(i, j + 1) * (1.0 - fx) + at(i + 1, j + 1) * fx) * fz
+        (at(i, j) * (1.0 - fx) + at(i + 1, j) * fx) * (1.0 - fz)
+            + (at(i, j + 1) * (1.0 - fx) + at(i + 1, j + 1) * fx) * fz
     })
 }
 

@@ -178,11 +178,23 @@ impl ShallowWater {
 }
 
 /// A scheme in the initial state.
-fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: &Settings) -> FiniteVolume<T> {
+fn start<T: Real>(
+    layout: Layout,
+    spec: &GridSpec,
+    initial: &Initial,
+    settings: &Settings,
+) -> FiniteVolume<T> {
     let spacing = f64::from(spec.spacing);
     let start = storage::quantise::<T>(layout, initial, spacing);
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    FiniteVolume::new(layout, spacing, settings.edges.clone(), start, film, settings.manning)
+    FiniteVolume::new(
+        layout,
+        spacing,
+        settings.edges.clone(),
+        start,
+        film,
+        settings.manning,
+    )
 }
 
 /// One value for each cell of the domain.

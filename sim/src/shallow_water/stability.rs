@@ -94,12 +94,20 @@ fn trials(precision: Precision) -> Vec<Trial> {
 
     for power in 1..=6 {
         let shallow = 10.0_f64.powi(-power);
-        let initial = Initial::still(&spec, |x, z| (0.0, if radius(x, z) < 10.0 { 1.0 } else { shallow }));
-        trials.push(trial(format!("round dam, depth ratio 1e{power}:1"), initial, fall(1.0)));
+        let initial = Initial::still(&spec, |x, z| {
+            (0.0, if radius(x, z) < 10.0 { 1.0 } else { shallow })
+        });
+        trials.push(trial(
+            format!("round dam, depth ratio 1e{power}:1"),
+            initial,
+            fall(1.0),
+        ));
     }
     let initial = Initial::still(&spec, |x, z| (0.0, if radius(x, z) < 10.0 { 1.0 } else { 0.0 }));
     trials.push(trial("round dam on dry ground".into(), initial, fall(1.0)));
-    let initial = Initial::still(&spec, |x, z| (0.0, if radius(x, z) < 10.0 { 1000.0 } else { 1e-3 }));
+    let initial = Initial::still(&spec, |x, z| {
+        (0.0, if radius(x, z) < 10.0 { 1000.0 } else { 1e-3 })
+    });
     trials.push(trial("round dam, 1000 m over 1 mm".into(), initial, fall(1000.0)));
 
     for (depth, step) in [(1.0, 10.0), (1e-3, 10.0), (10.0, 1.0)] {
@@ -119,7 +127,11 @@ fn trials(precision: Precision) -> Vec<Trial> {
         let ground = 3.0 * (0.9 * x).sin() * (1.1 * z).cos();
         (ground, if x < 10.0 { 5.0 } else { ground + 1e-6 })
     });
-    trials.push(trial("dam onto a film of 1e-6 m on rough hills".into(), initial, fall(8.0)));
+    trials.push(trial(
+        "dam onto a film of 1e-6 m on rough hills".into(),
+        initial,
+        fall(8.0),
+    ));
 
     for slope in [1.0, 3.0] {
         let initial = Initial::still(&spec, |x, _| {
@@ -141,12 +153,20 @@ fn trials(precision: Precision) -> Vec<Trial> {
                 edges: Edges::all(&Condition::Periodic),
                 ..settings.clone()
             },
-            ..trial(format!("periodic flow over a bump at Froude {froude}"), initial, 1.1 * u + fall(1.0))
+            ..trial(
+                format!("periodic flow over a bump at Froude {froude}"),
+                initial,
+                1.1 * u + fall(1.0),
+            )
         });
     }
     let u = 5.0 * crate::solvers::GRAVITY.sqrt();
     let initial = Initial::moving(&spec, |_, _| (0.0, 1.0, [u, 0.0]));
-    trials.push(trial("flow at Froude 5 thrown against a wall".into(), initial, u + fall(1.0)));
+    trials.push(trial(
+        "flow at Froude 5 thrown against a wall".into(),
+        initial,
+        u + fall(1.0),
+    ));
 
     let initial = Initial::still(&spec, |x, z| (0.0, if radius(x, z) < 10.0 { 1.0 } else { 0.1 }));
     trials.push(Trial {
@@ -162,10 +182,18 @@ fn trials(precision: Precision) -> Vec<Trial> {
         steps: (f32::NAN, 1),
         ..trial("step of NaN".into(), initial.clone(), fall(1.0))
     });
-    for (what, value) in [("NaN", f64::NAN), ("infinite", f64::INFINITY), ("1e9 m high", 1e9)] {
+    for (what, value) in [
+        ("NaN", f64::NAN),
+        ("infinite", f64::INFINITY),
+        ("1e9 m high", 1e9),
+    ] {
         let mut broken = initial.clone();
         broken.ground[100] = value;
-        trials.push(trial(format!("terrain with a sample that is {what}"), broken, fall(1.0)));
+        trials.push(trial(
+            format!("terrain with a sample that is {what}"),
+            broken,
+            fall(1.0),
+        ));
     }
     trials
 }
@@ -180,9 +208,9 @@ fn run(trial: Trial, precision: Precision) -> Row {
         Err(message) => Verdict::Refused(message),
     };
     let verdict = match verdict {
-        Verdict::Stable | Verdict::SubStepped(_) if !(fastest <= bound) => {
-            Verdict::Broken(format!("speed {fastest} m/s exceeds what energy allows, {bound} m/s"))
-        }
+        Verdict::Stable | Verdict::SubStepped(_) if !(fastest <= bound) => Verdict::Broken(format!(
+            "speed {fastest} m/s exceeds what energy allows, {bound} m/s"
+        )),
         other => other,
     };
     Row {
@@ -210,17 +238,25 @@ fn follow(trial: Trial, fastest: &mut f64) -> Result<Verdict, String> {
         let film = solver.film_depth();
         for (depth, q) in solver.depths().into_iter().zip(solver.discharges()) {
             if !(depth >= 0.0 && q[0].is_finite() && q[1].is_finite()) {
-                return Ok(Verdict::Broken(format!("depth {depth} m with discharge {q:?} m²/s")));
+                return Ok(Verdict::Broken(format!(
+                    "depth {depth} m with discharge {q:?} m²/s"
+                )));
             }
             if depth > film {
                 *fastest = fastest.max(q[0].hypot(q[1]) / depth);
             }
         }
         if trial.closed && (report.mass - start.mass).abs() > 1e-12 * start.mass {
-            return Ok(Verdict::Broken(format!("mass went from {} to {} kg", start.mass, report.mass)));
+            return Ok(Verdict::Broken(format!(
+                "mass went from {} to {} kg",
+                start.mass, report.mass
+            )));
         }
         if report.energy > start.energy + 1e-3 * start.energy.abs() {
-            return Ok(Verdict::Broken(format!("energy grew from {} to {} J", start.energy, report.energy)));
+            return Ok(Verdict::Broken(format!(
+                "energy grew from {} to {} J",
+                start.energy, report.energy
+            )));
         }
     }
     Ok(if substeps == u64::from(trial.steps.1) {

@@ -516,11 +516,7 @@ pub(super) fn update<T: Real>(
     let m = h.len();
     let (qx, qz) = (&mut qx[..m], &mut qz[..m]);
     let (h0, qx0, qz0) = (&old.h[3..m + 3], &old.qx[3..m + 3], &old.qz[3..m + 3]);
-    let (hc, xe, ze) = (
-        &cells.h[3..m + 3],
-        &cells.xe[3..m + 3],
-        &cells.ze[3..m + 3],
-    );
+    let (hc, xe, ze) = (&cells.h[3..m + 3], &cells.xe[3..m + 3], &cells.ze[3..m + 3]);
     let (wm, em) = (&x.mass[2..m + 2], &x.mass[3..m + 3]);
     let (wp, ep) = (&x.behind[2..m + 2], &x.before[3..m + 3]);
     let (wa, ea) = (&x.across[2..m + 2], &x.across[3..m + 3]);

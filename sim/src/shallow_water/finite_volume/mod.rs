@@ -340,7 +340,11 @@ impl<T: Real> FiniteVolume<T> {
                 || (driven[3] && j == h - 1);
             let beside = |k: usize, count: usize, wraps: bool| {
                 let (first, last) = (k == 0, k + 1 == count);
-                let before = if first { wraps.then_some(count - 1) } else { Some(k - 1) };
+                let before = if first {
+                    wraps.then_some(count - 1)
+                } else {
+                    Some(k - 1)
+                };
                 let behind = if last { wraps.then_some(0) } else { Some(k + 1) };
                 [before, Some(k), behind].into_iter().flatten()
             };
