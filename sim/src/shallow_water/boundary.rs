@@ -122,14 +122,19 @@ impl Boundary {
         self.still.iter().map(|v| v.len() * size_of::<f64>()).sum()
     }
 
-    /// Whether the state beyond an edge may change while nothing inside does.
-    pub(crate) fn drives(&self) -> bool {
-        SIDES.iter().any(|s| {
+    /// Beyond which edges (x_min, x_max, z_min, z_max) the state may change while nothing inside does.
+    pub(crate) fn driven(&self) -> [bool; 4] {
+        SIDES.map(|s| {
             matches!(
                 s.condition(&self.edges),
                 Condition::Elevation(_) | Condition::Discharge(_)
             )
         })
+    }
+
+    /// Whether the domain repeats along X and along Z.
+    pub(crate) fn wraps(&self) -> [bool; 2] {
+        [&self.edges.x_min, &self.edges.z_min].map(|c| *c == Condition::Periodic)
     }
 
     /// Fills the ghosts of a bed: mirrored beyond walls, repeated beyond periodic edges, continued

@@ -23,6 +23,8 @@ pub struct Checkpoint {
     pub quantum: f64,
     /// Fastest signal as last seen, m/s; absent: to be found anew.
     pub speed: Option<f64>,
+    /// What each tile of the grid remembers of its last step.
+    pub tiles: Vec<TileMemory>,
     /// Bed relative to `base`, m, row-major.
     pub bed: Vec<f64>,
     /// Depth, m, row-major.
@@ -31,6 +33,15 @@ pub struct Checkpoint {
     pub momentum_x: Vec<f64>,
     /// Momentum per area along Z, m²/s, row-major.
     pub momentum_z: Vec<f64>,
+}
+
+/// What a tile remembers of its last step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TileMemory {
+    /// Whether its next step must be computed.
+    pub awake: bool,
+    /// Fastest signal in it, m/s.
+    pub speed: f64,
 }
 
 /// Why a checkpoint cannot be restored.
@@ -57,11 +68,13 @@ pub enum CheckpointError {
         at: usize,
     },
     /// An array has the wrong length.
-    #[error("checkpoint: {what} has {found} entries; the grid has {expected} samples")]
+    #[error(
+        "checkpoint: {what} has {found} entries instead of {expected}; it is of another version or damaged"
+    )]
     Length {
         /// Which array.
         what: &'static str,
-        /// Samples of the grid.
+        /// Entries that this solver has.
         expected: usize,
         /// Entries found.
         found: usize,
@@ -73,7 +86,6 @@ impl Checkpoint {
         core: &FiniteVolume<T>,
         spec: &GridSpec,
         precision: Precision,
-        base: f64,
         time: f64,
         speed: Option<f64>,
     ) -> Self {
@@ -89,9 +101,10 @@ impl Checkpoint {
             spec: *spec,
             double: precision == Precision::Double,
             time,
-            base,
+            base: core.base(),
             quantum: core.quantum().length(),
             speed,
+            tiles: core.tile_memory(),
             bed: gather(core.bed()),
             depth: gather(&fields.h),
             momentum_x: gather(&fields.qx),
@@ -126,6 +139,13 @@ impl Checkpoint {
                 return damaged(what, value, 0);
             }
         }
+        if let Some(at) = self
+            .tiles
+            .iter()
+            .position(|t| !(t.speed.is_finite() && t.speed >= 0.0))
+        {
+            return damaged("tile speed", self.tiles[at].speed, at);
+        }
         for (what, values, least) in [
             ("bed", &self.bed, f64::NEG_INFINITY),
             ("depth", &self.depth, 0.0),
@@ -153,6 +173,14 @@ impl Checkpoint {
         precision: Precision,
     ) -> Result<(), CheckpointError> {
         self.check(spec, precision)?;
+        let tiles = core.tile_memory().len();
+        if self.tiles.len() != tiles {
+            return Err(CheckpointError::Length {
+                what: "tiles",
+                expected: tiles,
+                found: self.tiles.len(),
+            });
+        }
         let layout = core.layout();
         let mut bed = vec![T::ZERO; layout.len()];
         let fields = core.fields_mut();
@@ -170,7 +198,7 @@ impl Checkpoint {
                 }
             }
         }
-        core.replace_bed(bed, Quantum::from_length(self.quantum));
+        core.resume(bed, Quantum::from_length(self.quantum), self.base, &self.tiles);
         Ok(())
     }
 }

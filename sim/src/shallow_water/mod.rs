@@ -8,13 +8,15 @@ mod checkpoint;
 mod edges;
 mod finite_volume;
 mod from_scene;
+pub mod monai;
 mod real;
 mod settings;
 mod solver;
+pub mod stability;
 mod storage;
 mod totals;
 
-pub use checkpoint::{Checkpoint, CheckpointError};
+pub use checkpoint::{Checkpoint, CheckpointError, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
 pub use solver::ShallowWater;

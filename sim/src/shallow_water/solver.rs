@@ -46,8 +46,6 @@ pub struct ShallowWater {
     settings: Settings,
     ground: Grid<f32>,
     core: Core,
-    /// Height above datum of bed 0 of the core, m.
-    base: f64,
     /// Still water above datum, m.
     level: f64,
     time: f64,
@@ -65,23 +63,16 @@ impl ShallowWater {
         initial.check(&spec)?;
         let ground = Grid::from_vec(spec, initial.ground.iter().map(|&z| z as f32).collect())?;
         let layout = Layout::new(spec.width(), spec.height());
-        let (core, base) = match settings.precision {
-            Precision::Single => {
-                let (core, base) = start::<f32>(layout, &spec, initial, &settings);
-                (Core::Single(core), base)
-            }
-            Precision::Double => {
-                let (core, base) = start::<f64>(layout, &spec, initial, &settings);
-                (Core::Double(core), base)
-            }
+        let core = match settings.precision {
+            Precision::Single => Core::Single(start(layout, &spec, initial, &settings)),
+            Precision::Double => Core::Double(start(layout, &spec, initial, &settings)),
         };
         Ok(Self {
             spec,
-            level: settings.level.unwrap_or(base),
+            level: settings.level.unwrap_or_else(|| each!(&core, c => c.base())),
             settings,
             ground,
             core,
-            base,
             time: 0.0,
             speed: None,
         })
@@ -99,8 +90,12 @@ impl ShallowWater {
 
     /// Elevation of the surface (of the bed where dry) above datum in metres at every sample, row-major.
     pub fn elevations(&self) -> Vec<f64> {
-        let base = self.base;
-        each!(&self.core, c => gather(c, |c, k| base + c.bed()[k].to_f64() + c.fields().h[k].to_f64()))
+        each!(&self.core, c => gather(c, |c, k| c.elevation(k)))
+    }
+
+    /// Elevation of the surface (of the bed where dry) above datum in metres at sample `(i, j)`.
+    pub fn elevation_at(&self, i: usize, j: usize) -> f64 {
+        each!(&self.core, c => c.elevation(c.layout().at(i, j)))
     }
 
     /// Momentum per area (depth times velocity) along X and Z in m²/s at every sample, row-major, exactly as held.
@@ -120,7 +115,7 @@ impl ShallowWater {
 
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.base, self.time, self.speed))
+        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed))
     }
 
     /// Continues from a checkpoint of a solver with the same settings: bit-identical to a run without interruption.
@@ -129,7 +124,6 @@ impl ShallowWater {
     /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
-        self.base = checkpoint.base;
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
         Ok(())
@@ -140,8 +134,8 @@ impl ShallowWater {
     }
 
     fn totals(&self) -> Totals {
-        let (level, area) = (self.level - self.base, self.spec.cell_area());
-        each!(&self.core, c => totals::totals(c, level, area))
+        let (level, area) = (self.level, self.spec.cell_area());
+        each!(&self.core, c => totals::totals(c, level - c.base(), area))
     }
 
     fn state_report(&self, speed: f64) -> StepReport {
@@ -183,26 +177,24 @@ impl ShallowWater {
     }
 }
 
-/// A scheme in the initial state, with the height of its bed 0.
+/// A scheme in the initial state.
 fn start<T: Real>(
     layout: Layout,
     spec: &GridSpec,
     initial: &Initial,
     settings: &Settings,
-) -> (FiniteVolume<T>, f64) {
+) -> FiniteVolume<T> {
     let spacing = f64::from(spec.spacing);
     let start = storage::quantise::<T>(layout, initial, spacing);
-    let base = start.base;
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    let core = FiniteVolume::new(
+    FiniteVolume::new(
         layout,
         spacing,
         settings.edges.clone(),
         start,
         film,
         settings.manning,
-    );
-    (core, base)
+    )
 }
 
 /// One value for each cell of the domain.
@@ -290,7 +282,7 @@ impl Solver for ShallowWater {
     fn extract(&self, want: Channels, out: &mut Frame) {
         out.prepare(self.spec, want & self.offers());
         out.time = self.time;
-        each!(&self.core, c => extract(c, self.base, &self.ground, out));
+        each!(&self.core, c => extract(c, &self.ground, out));
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
@@ -312,8 +304,8 @@ impl Solver for ShallowWater {
 }
 
 /// Writes elevation and the channels that `out` was prepared for.
-fn extract<T: Real>(core: &FiniteVolume<T>, base: f64, ground: &Grid<f32>, out: &mut Frame) {
-    let (layout, fields, bed) = (core.layout(), core.fields(), core.bed());
+fn extract<T: Real>(core: &FiniteVolume<T>, ground: &Grid<f32>, out: &mut Frame) {
+    let (layout, fields) = (core.layout(), core.fields());
     let (film, nx) = (T::from_f64(core.film()), layout.nx);
     let mut wet = Grid::filled(*ground.spec(), 0.0_f32);
     let elevation = out.elevation.as_mut_slice().par_chunks_mut(nx);
@@ -324,7 +316,7 @@ fn extract<T: Real>(core: &FiniteVolume<T>, base: f64, ground: &Grid<f32>, out: 
             let mut any_dry = false;
             for (i, k) in layout.row(j).enumerate() {
                 let h = fields.h[k];
-                elevation[i] = (base + (bed[k].to_f64() + h.to_f64())) as f32;
+                elevation[i] = core.elevation(k) as f32;
                 if h > film {
                     wet[i] = h.to_f64() as f32;
                 } else {

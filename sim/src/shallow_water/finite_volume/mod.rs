@@ -4,6 +4,7 @@ mod kernels;
 mod tile;
 
 use super::boundary::Boundary;
+use super::checkpoint::TileMemory;
 use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
@@ -203,13 +204,39 @@ impl<T: Real> FiniteVolume<T> {
         None
     }
 
-    /// Takes another bed (ghosts are filled here) and its quantum; everything wakes.
-    pub(crate) fn replace_bed(&mut self, bed: Vec<T>, quantum: Quantum) {
+    /// Height above datum of bed 0, m.
+    pub(crate) fn base(&self) -> f64 {
+        self.base
+    }
+
+    /// Height of the surface (the bed, where it is dry) above datum at a padded index, m.
+    pub(crate) fn elevation(&self, at: usize) -> f64 {
+        self.base + (self.bed[at].to_f64() + self.now.h[at].to_f64())
+    }
+
+    /// What each tile remembers, for a checkpoint.
+    pub(crate) fn tile_memory(&self) -> Vec<TileMemory> {
+        let memory = |tile: &Tile<T>| TileMemory {
+            awake: tile.awake,
+            speed: tile.outcome.speed.to_f64(),
+        };
+        self.tiles.iter().map(memory).collect()
+    }
+
+    /// Goes on from a checkpoint whose state is in [`Self::fields_mut`] already.
+    pub(crate) fn resume(&mut self, bed: Vec<T>, quantum: Quantum, base: f64, tiles: &[TileMemory]) {
         self.bed = bed;
         self.quantum = quantum;
+        self.base = base;
         self.boundary.fill_bed(&mut self.bed);
-        for tile in &mut self.tiles {
-            tile.awake = true;
+        // A sleeping tile's two states are the same.
+        self.next = self.now.clone();
+        for (tile, memory) in self.tiles.iter_mut().zip(tiles) {
+            tile.awake = memory.awake;
+            tile.outcome = Outcome {
+                speed: T::from_f64(memory.speed),
+                flags: if memory.awake { flag::ALIVE } else { 0 },
+            };
         }
     }
 
@@ -299,7 +326,7 @@ impl<T: Real> FiniteVolume<T> {
     /// step would change nothing either, whatever its length.
     fn wake(&mut self) {
         let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
-        let driven = self.boundary.drives();
+        let (driven, wraps) = (self.boundary.driven(), self.boundary.wraps());
         let alive: Vec<bool> = self
             .tiles
             .iter()
@@ -307,13 +334,22 @@ impl<T: Real> FiniteVolume<T> {
             .collect();
         for (k, tile) in self.tiles.iter_mut().enumerate() {
             let (i, j) = (k % w, k / w);
-            // Neighbours wrap around: right for periodic edges, harmless for others.
-            tile.awake = driven
-                || [w - 1, 0, 1].into_iter().any(|di| {
-                    [h - 1, 0, 1]
-                        .into_iter()
-                        .any(|dj| alive[(j + dj) % h * w + (i + di) % w])
-                });
+            let at_driven_edge = (driven[0] && i == 0)
+                || (driven[1] && i == w - 1)
+                || (driven[2] && j == 0)
+                || (driven[3] && j == h - 1);
+            let beside = |k: usize, count: usize, wraps: bool| {
+                let (first, last) = (k == 0, k + 1 == count);
+                let before = if first {
+                    wraps.then_some(count - 1)
+                } else {
+                    Some(k - 1)
+                };
+                let behind = if last { wraps.then_some(0) } else { Some(k + 1) };
+                [before, Some(k), behind].into_iter().flatten()
+            };
+            tile.awake = at_driven_edge
+                || beside(j, h, wraps[1]).any(|j| beside(i, w, wraps[0]).any(|i| alive[j * w + i]));
         }
     }
 

@@ -102,10 +102,10 @@ pub(super) fn step<T: Real>(
             &mut s.velocities[2],
         );
 
-        let r = newest - 1;
-        if r + 2 < start {
+        if newest + 1 < start {
             continue;
         }
+        let r = newest - 1;
         s.cells.rotate_left(1);
         let view = |r: usize, w: usize| RowView {
             h: &source.h[span(r)],
