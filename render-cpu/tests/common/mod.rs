@@ -81,7 +81,12 @@ pub(crate) fn frame(spec: GridSpec, elevation: impl Fn(Vec2) -> f32) -> Frame {
     frame
 }
 
-pub(crate) fn draw(renderer: &mut dyn Renderer, scene: &Scene, frame: &Frame, view: &View) -> (Image, RenderReport) {
+pub(crate) fn draw(
+    renderer: &mut dyn Renderer,
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+) -> (Image, RenderReport) {
     let mut image = Image::default();
     let report = renderer
         .render(scene, frame, view, &mut image, &|_| true)
