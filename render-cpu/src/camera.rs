@@ -230,14 +230,4 @@ impl Lens {
         let v = 1.0 - 2.0 * y / self.size.y;
         (self.forward + u * self.right + v * self.up).normalize()
     }
-
-    /// Where a point in front of the camera is seen, in pixels from the top left.
-    #[cfg(test)]
-    pub(crate) fn project(&self, point: DVec3) -> DVec2 {
-        let q = point - self.eye;
-        let depth = q.dot(self.forward);
-        let u = q.dot(self.right) / (self.right.length_squared() * depth);
-        let v = q.dot(self.up) / (self.up.length_squared() * depth);
-        DVec2::new((u + 1.0) * 0.5 * self.size.x, (1.0 - v) * 0.5 * self.size.y)
-    }
 }

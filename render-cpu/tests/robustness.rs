@@ -1,8 +1,7 @@
 //! What must not happen: differences between threads, leaks, panics, pictures of broken frames.
+#![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;
-
-#![allow(clippy::unwrap_used)] // a test may panic
 
 use common::{draw, floor, frame, scene, square, view};
 use meniscus_render_cpu::{Settings, Whitted, camera};

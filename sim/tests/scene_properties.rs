@@ -1,4 +1,5 @@
 //! Properties of scene files: nothing panics, whatever is written; what is described round-trips.
+#![allow(clippy::unwrap_used)] // a test may panic
 
 use meniscus_sim::glam::{DVec2, Quat, Vec2, Vec3};
 use meniscus_sim::rng::Rng;

@@ -379,6 +379,35 @@ fn unsupported(error: HeightfieldError) -> RenderError {
     }
 }
 
+/// Changes when anything does that [`Fixed`] is built from.
+fn fingerprint(scene: &Scene) -> u64 {
+    use std::hash::{DefaultHasher, Hash, Hasher};
+    let mut hasher = DefaultHasher::new();
+    format!("{:?}{:?}", scene.description, scene.grid).hash(&mut hasher);
+    if let Some(terrain) = &scene.terrain {
+        format!("{:?}", terrain.spec()).hash(&mut hasher);
+        for v in terrain.as_slice() {
+            hasher.write_u32(v.to_bits());
+        }
+    }
+    if let Some(sky) = &scene.sky {
+        for p in &sky.pixels {
+            for v in p.to_array() {
+                hasher.write_u32(v.to_bits());
+            }
+        }
+    }
+    for mesh in &scene.meshes {
+        for p in mesh.positions.iter().chain(&mesh.normals) {
+            for v in p.to_array() {
+                hasher.write_u32(v.to_bits());
+            }
+        }
+        mesh.triangles.hash(&mut hasher);
+    }
+    hasher.finish()
+}
+
 #[cfg(test)]
 mod tests_support {
     use meniscus_sim::scene::description::*;
@@ -423,33 +452,4 @@ mod tests_support {
             initial_elevation: None,
         }
     }
-}
-
-/// Changes when anything does that [`Fixed`] is built from.
-fn fingerprint(scene: &Scene) -> u64 {
-    use std::hash::{DefaultHasher, Hash, Hasher};
-    let mut hasher = DefaultHasher::new();
-    format!("{:?}{:?}", scene.description, scene.grid).hash(&mut hasher);
-    if let Some(terrain) = &scene.terrain {
-        format!("{:?}", terrain.spec()).hash(&mut hasher);
-        for v in terrain.as_slice() {
-            hasher.write_u32(v.to_bits());
-        }
-    }
-    if let Some(sky) = &scene.sky {
-        for p in &sky.pixels {
-            for v in p.to_array() {
-                hasher.write_u32(v.to_bits());
-            }
-        }
-    }
-    for mesh in &scene.meshes {
-        for p in mesh.positions.iter().chain(&mesh.normals) {
-            for v in p.to_array() {
-                hasher.write_u32(v.to_bits());
-            }
-        }
-        mesh.triangles.hash(&mut hasher);
-    }
-    hasher.finish()
 }

@@ -151,7 +151,9 @@ mod tests {
     fn the_new_samples_end_within_the_old_ones() {
         let out = to_square(raster(403, 344, DVec2::new(74.5, 92.6), |x, _| x)).unwrap();
         assert_eq!((out.width, out.height), (403, 427));
-        assert!(426.0 * 74.5 <= 343.0 * 92.6 && 427.0 * 74.5 > 343.0 * 92.6);
+        // One more row would lie beyond the last of the old ones.
+        let (last, end) = ((out.height - 1) as f64 * 74.5, 343.0 * 92.6);
+        assert!(last <= end && last + 74.5 > end);
     }
 
     #[test]
