@@ -42,7 +42,9 @@ impl Failure {
         let (key, message, remedy) = match self {
             Self::Solver(BuildError::Impossible { key, message, remedy }) => (key, message, remedy),
             // These say what would be right in their messages.
-            Self::Solver(BuildError::Step(error)) => ("solver.step".to_owned(), error.to_string(), String::new()),
+            Self::Solver(BuildError::Step(error)) => {
+                ("solver.step".to_owned(), error.to_string(), String::new())
+            }
             Self::Solver(error) => ("solver.kind".to_owned(), error.to_string(), String::new()),
             other => return other,
         };

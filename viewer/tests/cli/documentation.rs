@@ -134,7 +134,12 @@ fn json_output_has_the_documented_keys_and_no_others() {
     );
     prints_what_is_documented(&folder, "check --json", &[good, bad], &[]);
     // Only a build with the feature `gpu`, on a machine with an adapter, lists any.
-    let adapter = ["adapters[].name", "adapters[].kind", "adapters[].backend", "adapters[].driver"];
+    let adapter = [
+        "adapters[].name",
+        "adapters[].kind",
+        "adapters[].backend",
+        "adapters[].driver",
+    ];
     prints_what_is_documented(&folder, "renderers --json", &[&["renderers", "--json"]], &adapter);
     prints_what_is_documented(&folder, "solvers --json", &[&["solvers", "--json"]], &[]);
     prints_what_is_documented(

@@ -233,11 +233,22 @@ fn places_that_cannot_be_written_are_told_before_the_work() {
 fn a_step_that_fails_keeps_the_frames_before() {
     let folder = Folder::new();
     // Frames a day apart take more sub-steps than any solver takes at once.
-    let scene = SCENE.replace("rate = 10.0", "rate = 0.00001").replace("duration = 0.5", "duration = 200000.0");
+    let scene = SCENE
+        .replace("rate = 10.0", "rate = 0.00001")
+        .replace("duration = 0.5", "duration = 200000.0");
     folder.write("scene.toml", scene);
-    let parts = ["frame 1 at t = 27 h 47 min", "step of 100000 s", "sub-steps", "coarser spacing"];
+    let parts = [
+        "frame 1 at t = 27 h 47 min",
+        "step of 100000 s",
+        "sub-steps",
+        "coarser spacing",
+    ];
     let recorded = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
-    recorded.exits(1).error_says(&parts).error_says(&["1 frame kept in run.mrec"]).silent();
+    recorded
+        .exits(1)
+        .error_says(&parts)
+        .error_says(&["1 frame kept in run.mrec"])
+        .silent();
     assert_eq!(whole_frames(&folder, "run.mrec"), 1);
     let drawn = folder.run(["render", "scene.toml", "-o", "out.png"]);
     drawn.exits(1).error_says(&parts).silent();
@@ -247,9 +258,13 @@ fn a_step_that_fails_keeps_the_frames_before() {
 #[test]
 fn an_event_that_cannot_act_keeps_the_frames_before() {
     let folder = Folder::new();
-    let flood = "[[event]]\nkind = \"drop\"\ntime = 0.25\nposition = [1.0, 1.0]\nradius = 0.01\nvolume = 1e9\n";
+    let flood =
+        "[[event]]\nkind = \"drop\"\ntime = 0.25\nposition = [1.0, 1.0]\nradius = 0.01\nvolume = 1e9\n";
     folder.write("scene.toml", format!("{SCENE}\n{flood}"));
     let recorded = folder.run(["record", "scene.toml", "-o", "run.mrec"]);
-    recorded.exits(1).error_says(&["frame 3", "3 frames kept in run.mrec", "`drop`", "volume"]).silent();
+    recorded
+        .exits(1)
+        .error_says(&["frame 3", "3 frames kept in run.mrec", "`drop`", "volume"])
+        .silent();
     assert_eq!(whole_frames(&folder, "run.mrec"), 3);
 }
