@@ -164,7 +164,9 @@ fn a_damaged_frame_is_a_warning() {
 
 #[test]
 fn a_plan_lists_nothing_that_the_scene_does_not_need() {
-    let folder = Folder::with_scene();
+    let folder = Folder::new();
+    // Caustics come from the sun: without one there are none.
+    folder.write("scene.toml", SCENE.replace("sun = { elevation = 50.0, azimuth = 130.0 }", ""));
     let plan = folder.run(["plan", "scene.toml", "--json"]).exits(0).json();
     let items = |list: &str| plan[list].as_array().unwrap().clone();
     let mentions = |item: &Value, word: &str| item["name"].as_str().unwrap().to_lowercase().contains(word);
@@ -174,7 +176,7 @@ fn a_plan_lists_nothing_that_the_scene_does_not_need() {
             "{word} in {plan:#}"
         );
     }
-    for word in ["object", "droplet"] {
+    for word in ["object", "droplet", "caustic"] {
         assert!(
             items("left_out").iter().any(|item| mentions(item, word)),
             "{word} not in {plan:#}"
@@ -203,6 +205,7 @@ fn a_plan_lists_what_the_scene_does_need() {
     folder.write("scene.toml", format!("{SCENE}\n{object}"));
     let plan = folder.run(["plan", "scene.toml", "--json"]).exits(0).json();
     let runs = plan["runs"].as_array().unwrap();
+    assert!(runs.iter().any(|item| item["name"] == "caustics"), "{plan:#}");
     let objects = runs
         .iter()
         .filter(|item| item["name"].as_str().unwrap().contains("object"));
