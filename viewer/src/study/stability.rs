@@ -7,7 +7,9 @@ use super::row::Row;
 use super::scenes::{Edges, scene};
 use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::rng::Rng;
-use meniscus_sim::scene::description::{Procedural, Solver as Choice, Wave, WaveEquation, WaveScheme};
+use meniscus_sim::scene::description::{
+    Procedural, ShallowWater, ShallowWaterScheme, Solver as Choice, Wave, WaveEquation, WaveScheme,
+};
 use meniscus_sim::solver::StepError;
 use meniscus_sim::{Channels, Frame, Grid, GridSpec, Scene, Solver, solvers};
 use std::sync::Arc;
@@ -102,6 +104,10 @@ enum Method {
     ExplicitFixed,
     /// The implicit scheme.
     Implicit,
+    /// The implicit scheme that damps.
+    ImplicitDamped,
+    /// Finite volumes of the shallow-water equations.
+    ShallowWater,
     /// Closed form.
     Procedural,
 }
@@ -113,7 +119,21 @@ impl Method {
         Self::Implicit,
         Self::Procedural,
     ];
-    const GRID: &'static [Self] = &[Self::Explicit, Self::ExplicitFixed, Self::Implicit];
+    /// What can be tried with any basin of water.
+    const BASIN: &'static [Self] = &[
+        Self::Explicit,
+        Self::ExplicitFixed,
+        Self::Implicit,
+        Self::ImplicitDamped,
+        Self::ShallowWater,
+    ];
+    /// What knows a wave speed and damping of its own.
+    const LINEAR: &'static [Self] = &[
+        Self::Explicit,
+        Self::ExplicitFixed,
+        Self::Implicit,
+        Self::ImplicitDamped,
+    ];
     const CLOSED: &'static [Self] = &[Self::Procedural];
 
     fn name(self) -> &'static str {
@@ -121,6 +141,8 @@ impl Method {
             Self::Explicit => "wave-equation, explicit",
             Self::ExplicitFixed => "wave-equation, explicit, step given",
             Self::Implicit => "wave-equation, implicit",
+            Self::ImplicitDamped => "wave-equation, implicit-damped",
+            Self::ShallowWater => "shallow-water, finite volumes",
             Self::Procedural => "procedural",
         }
     }
@@ -164,12 +186,12 @@ fn situations() -> anyhow::Result<Vec<Situation>> {
         }
         .build()?,
         Basin {
-            ground: Some(|n| if n % 3 == 0 { -1000.0 } else { -0.001 }),
+            ground: |n| if n % 3 == 0 { -1000.0 } else { -0.001 },
             ..plain("depths of 1 mm beside 1 km")
         }
         .build()?,
         Basin {
-            ground: Some(|n| if n % 5 == 0 { 3.0 } else { -2.0 }),
+            ground: |n| if n % 5 == 0 { 3.0 } else { -2.0 },
             ..plain("islands everywhere")
         }
         .build()?,
@@ -235,7 +257,7 @@ struct Basin {
     speed: Option<f32>,
     damping: f32,
     /// Height of the ground at a sample of that number.
-    ground: Option<fn(usize) -> f32>,
+    ground: fn(usize) -> f32,
     /// Elevation at the start from the sample and a random number between −1 and 1.
     initial: fn(usize, usize, f32) -> f32,
 }
@@ -249,7 +271,7 @@ impl Default for Basin {
             spacing: 0.5,
             speed: None,
             damping: 0.0,
-            ground: None,
+            ground: |_| -1.0,
             initial: |_, _, noise| 0.1 * noise,
         }
     }
@@ -260,9 +282,7 @@ impl Basin {
         let grid = GridSpec::new(Vec2::ZERO, self.spacing, self.size)?;
         let mut rng = Rng::new(5, 0);
         let start = Grid::from_fn(grid, |i, j| (self.initial)(i, j, 2.0 * rng.uniform_f32() - 1.0));
-        let ground = self
-            .ground
-            .map(|at| Grid::from_fn(grid, |i, j| at(grid.index(i, j))));
+        let ground = Grid::from_fn(grid, |i, j| (self.ground)(grid.index(i, j)));
         let choice = Choice::WaveEquation(WaveEquation {
             spacing: self.spacing,
             scheme: WaveScheme::Explicit,
@@ -273,8 +293,12 @@ impl Basin {
         });
         Ok(Situation {
             name: self.name,
-            scene: scene(grid, choice, self.edges, ground, Some(start))?,
-            methods: Method::GRID,
+            scene: scene(grid, choice, self.edges, Some(ground), Some(start))?,
+            methods: if self.speed.is_some() || self.damping > 0.0 {
+                Method::LINEAR
+            } else {
+                Method::BASIN
+            },
             bound: Bound::Energy,
             keeps_volume: self.edges != Edges::Open,
         })
@@ -334,18 +358,32 @@ impl Situation {
             // Deep-water period of a wave of 6 m.
             return factor * 1.96;
         }
-        // Where the explicit scheme refuses the situation itself, any step will do to see that the others do too.
-        solvers::build(&self.scene).map_or(factor, |solver| factor * solver.report().largest_stable_step)
+        let explicit = match method {
+            Method::ShallowWater => self.scene_for(method, 0.0),
+            _ => self.scene.clone(),
+        };
+        // Where the scheme refuses the situation itself, any step will do to see that the others do too.
+        solvers::build(&explicit).map_or(factor, |solver| factor * solver.report().largest_stable_step)
     }
 
     /// The scene with the method's own parameters.
     fn scene_for(&self, method: Method, step: f64) -> Scene {
         let mut scene = self.scene.clone();
+        if method == Method::ShallowWater {
+            scene.description.solver = Choice::ShallowWater(ShallowWater {
+                spacing: scene.grid.spacing,
+                scheme: ShallowWaterScheme::FiniteVolume,
+                manning: 0.0,
+                courant: None,
+                film_depth: None,
+            });
+        }
         if let Choice::WaveEquation(parameters) = &mut scene.description.solver {
             match method {
                 Method::ExplicitFixed => parameters.step = Some(step as f32),
                 Method::Implicit => parameters.scheme = WaveScheme::Implicit,
-                Method::Explicit | Method::Procedural => {}
+                Method::ImplicitDamped => parameters.scheme = WaveScheme::ImplicitDamped,
+                Method::Explicit | Method::ShallowWater | Method::Procedural => {}
             }
         }
         scene
@@ -439,7 +477,9 @@ impl Situation {
     }
 }
 
-/// What a frame holds, over the samples that are water at rest, in units of the sample's area.
+/// What a frame holds, in units of the sample's area: heights over the samples that are water at rest; volume from
+/// the depth of all samples where the method moves the shore, else from the heights, since a trough of the linear
+/// equation may reach below the bed.
 struct Totals {
     potential: f64,
     volume: f64,
@@ -466,6 +506,9 @@ impl Totals {
             totals.volume += height;
             totals.crests += height.max(0.0);
             totals.highest = totals.highest.max(height.abs());
+        }
+        if let (Choice::ShallowWater(_), Some(depth)) = (&scene.description.solver, &frame.depth) {
+            totals.volume = depth.as_slice().iter().map(|d| f64::from(*d)).sum();
         }
         totals
     }
@@ -494,7 +537,7 @@ fn map(method: Method, rows: &[Row]) -> Map {
         columns_label: if method == Method::Procedural {
             "step asked for, in wave periods".to_owned()
         } else {
-            "step asked for, in largest stable steps of the explicit scheme".to_owned()
+            "step asked for, in largest stable explicit steps".to_owned()
         },
         columns: STEPS.iter().map(ToString::to_string).collect(),
         rows: lines.collect(),

@@ -41,7 +41,8 @@ impl Study for WaveEquationStudy {
 
     fn about(&self) -> &'static str {
         "The solver `wave-equation` steps the linear wave equation on a grid, by an explicit leap-frog scheme with a \
-         Courant limit or by an implicit one that is stable at any step. Both are run from rest to a fixed time and \
+         Courant limit or by implicit ones that are stable at any step, of second order or of first order and damping. All \
+         are run from rest to a fixed time and \
          compared with exact solutions in double precision: a standing wave, two pulses that part and travel, and a \
          round hump whose solution is its Hankel integral. A curve refines the grid at a fixed Courant number, given as \
          a multiple of the explicit limit, so space and time are refined together.\n\n\
@@ -72,13 +73,15 @@ struct Scheme {
 }
 
 impl Scheme {
-    /// The explicit scheme well below and near its limit, the implicit one near and beyond it.
-    const ALL: [Self; 5] = [
+    /// The explicit scheme well below and near its limit, the implicit ones at and beyond it.
+    const ALL: [Self; 7] = [
         Self::new(WaveScheme::Explicit, 0.25),
         Self::new(WaveScheme::Explicit, 0.95),
         Self::new(WaveScheme::Implicit, 1.0),
         Self::new(WaveScheme::Implicit, 4.0),
         Self::new(WaveScheme::Implicit, 16.0),
+        Self::new(WaveScheme::ImplicitDamped, 1.0),
+        Self::new(WaveScheme::ImplicitDamped, 4.0),
     ];
 
     const fn new(scheme: WaveScheme, courant: f64) -> Self {
