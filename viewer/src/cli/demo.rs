@@ -44,8 +44,8 @@ const INPUTS: [(&str, &[u8]); 3] = [
 /// A still: its file, camera and time in seconds.
 const STILLS: [(&str, &str, f64); 3] = [
     ("gap.png", "gap", 60.0),
-    ("ridge.png", "ridge", 96.0),
-    ("lake.png", "lake", 120.0),
+    ("ridge.png", "ridge", 36.0),
+    ("lake.png", "lake", 100.0),
 ];
 const STILL_SIZE: UVec2 = UVec2::new(1280, 720);
 const STILL_SAMPLES: u32 = 6;

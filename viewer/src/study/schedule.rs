@@ -7,6 +7,7 @@ use super::case::{Case, Outcome, Run};
 use super::measure::{Probe, Spread};
 use super::row::Row;
 use meniscus_sim::rng::Rng;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -153,7 +154,7 @@ impl Slot<'_> {
     fn repeat(&mut self) {
         let begin = Instant::now();
         let mut probe = Probe::begin();
-        let outcome = self.run.repeat(&mut probe);
+        let outcome = repeat_safely(self.run, &mut probe);
         let cost = probe.end();
         self.longest = self.longest.max(begin.elapsed());
         if outcome.is_ok()
@@ -214,6 +215,19 @@ impl Slot<'_> {
             spread: self.spread,
         }
     }
+}
+
+/// Runs a repetition; a method that panics is a finding of the study, not its end.
+fn repeat_safely(run: &Run, probe: &mut Probe) -> anyhow::Result<Outcome> {
+    // Nothing of a run that panicked is used again: it builds its solver anew, and the probe ends with the repetition.
+    catch_unwind(AssertUnwindSafe(|| run.repeat(probe))).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+        Err(anyhow::anyhow!(
+            "panicked: {}",
+            text.unwrap_or("without a message")
+        ))
+    })
 }
 
 fn failed(note: String) -> Outcome {
@@ -293,6 +307,17 @@ mod tests {
             "{row:?}"
         );
         assert_eq!(results.log.len(), 1);
+    }
+
+    #[test]
+    fn a_run_that_panics_fails_alone() {
+        let good = |probe: &mut Probe| Ok(Outcome::of("e", probe.time(|| 1.0)));
+        let bad = |probe: &mut Probe| probe.time(|| panic!("index {} of {}", 7, 3));
+        let cases = case(vec![Run::new("a", 1.0, bad), Run::new("b", 1.0, good)]);
+        let results = run(&cases, 2, false);
+        let note = &results.measured[0].rows[0].note;
+        assert_eq!(note, "failed: panicked: index 7 of 3");
+        assert!(results.measured[1].rows[0].ok);
     }
 
     #[test]

@@ -166,7 +166,10 @@ fn a_damaged_frame_is_a_warning() {
 fn a_plan_lists_nothing_that_the_scene_does_not_need() {
     let folder = Folder::new();
     // Caustics come from the sun: without one there are none.
-    folder.write("scene.toml", SCENE.replace("sun = { elevation = 50.0, azimuth = 130.0 }", ""));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("sun = { elevation = 50.0, azimuth = 130.0 }", ""),
+    );
     let plan = folder.run(["plan", "scene.toml", "--json"]).exits(0).json();
     let items = |list: &str| plan[list].as_array().unwrap().clone();
     let mentions = |item: &Value, word: &str| item["name"].as_str().unwrap().to_lowercase().contains(word);
