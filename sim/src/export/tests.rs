@@ -148,10 +148,10 @@ fn npz_holds_every_array_of_the_contract() {
     assert_eq!(names(folder.path()), ["run.npz"]);
 
     let shape = |name: &str| array(&out, name).0;
-    assert_eq!(shape("time"), "<f8 (3, )");
-    assert_eq!(shape("frame"), "<u8 (3, )");
-    assert_eq!(shape("x"), "<f8 (7, )");
-    assert_eq!(shape("z"), "<f8 (5, )");
+    assert_eq!(shape("time"), "<f8 (3,)");
+    assert_eq!(shape("frame"), "<u8 (3,)");
+    assert_eq!(shape("x"), "<f8 (7,)");
+    assert_eq!(shape("z"), "<f8 (5,)");
     assert_eq!(shape("ground"), "<f4 (5, 7)");
     assert_eq!(shape("elevation"), "<f4 (3, 5, 7)");
     assert_eq!(shape("depth"), "<f4 (3, 5, 7)");
@@ -159,9 +159,9 @@ fn npz_holds_every_array_of_the_contract() {
     assert_eq!(shape("displacement"), "<f4 (3, 5, 7, 2)");
     assert_eq!(shape("foam"), "<f4 (3, 5, 7)");
     assert_eq!(shape("bodies"), "<f4 (3, 1, 13)");
-    assert_eq!(shape("droplets_offset"), "<u8 (4, )");
+    assert_eq!(shape("droplets_offset"), "<u8 (4,)");
     assert_eq!(shape("droplets_position"), "<f4 (12, 3)");
-    assert_eq!(shape("droplets_radius"), "<f4 (12, )");
+    assert_eq!(shape("droplets_radius"), "<f4 (12,)");
 
     let elevation = floats(&array(&out, "elevation").1);
     for (f, frame) in (3..6).enumerate() {
@@ -239,12 +239,12 @@ fn npz_leaves_out_channels_that_are_not_there_and_says_where_no_bed_is() {
     assert_eq!(
         names,
         [
-            "time.npy",
-            "frame.npy",
-            "elevation.npy",
             "x.npy",
             "z.npy",
-            "ground.npy"
+            "ground.npy",
+            "time.npy",
+            "frame.npy",
+            "elevation.npy"
         ]
     );
 }
@@ -456,11 +456,11 @@ fn step_error() -> SourceError {
 }
 
 fn damage() -> SourceError {
-    SourceError::Recording(crate::recording::RecordingError::DamagedFrame {
+    SourceError::Recording(RecordingError::DamagedFrame {
         path: "run.mrec".into(),
-        frame: 1,
-        offset: 4096,
-        reason: "its bytes do not have the checksum stored with them".into(),
+        frame: 4,
+        offset: 1000,
+        reason: "its checksum differs".into(),
     })
 }
 

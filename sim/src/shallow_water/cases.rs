@@ -8,6 +8,7 @@ use super::solver::ShallowWater;
 use crate::grid::{GridError, GridSpec};
 use crate::solver::{Solver, StepError};
 use glam::{UVec2, Vec2};
+use std::f64::consts::SQRT_2;
 
 /// A problem with a known solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +88,8 @@ pub struct Setup {
     /// End of the run, s.
     pub end: f64,
     exact: Box<dyn Fn(f64, f64) -> Water + Send + Sync>,
+    /// Which positions count in the errors.
+    counts: fn(f64, f64) -> bool,
 }
 
 /// Rows of a case that does not vary along Z.
@@ -205,6 +208,10 @@ impl Setup {
         let mut least = f64::INFINITY;
         for k in 0..spec.len() {
             let [x, z] = position(&spec, k % spec.width(), k / spec.width());
+            least = least.min(depths[k]);
+            if !(self.counts)(x, z) {
+                continue;
+            }
             let exact = (self.exact)(x, z);
             sums[0] += (depths[k] - exact.depth).abs();
             sums[1] += exact.depth;
@@ -212,7 +219,6 @@ impl Setup {
                 sums[2] += (q - exact.depth * u).abs();
                 sums[3] += (exact.depth * u).abs();
             }
-            least = least.min(depths[k]);
         }
         Outcome {
             depth_error: sums[0] / sums[1],
@@ -278,6 +284,7 @@ fn dam_break(
     let initial = Initial::still(&spec, |x, _| (0.0, if x < 5.0 { 0.005 } else { right }));
     let end = 6.0;
     Ok(Setup {
+        counts: |_, _| true,
         solver: ShallowWater::new(spec, &initial, settings(options, Edges::default()))?,
         end,
         exact: Box::new(move |x, _| exact(x, end)),
@@ -287,7 +294,7 @@ fn dam_break(
 /// The dam stands at 45° to the grid, in a periodic strip along it: the flow is that of the straight dam.
 fn oblique(cells: u32, options: Options) -> Result<Setup, CaseError> {
     // Along the diagonal the cells are 1/√2 as far apart: as many of them as in the straight channel.
-    let diagonal = std::f64::consts::SQRT_2;
+    let diagonal = SQRT_2;
     let n = (f64::from(cells) / diagonal).round() as u32;
     let spec = channel(10.0, n.max(4), n.max(4))?;
     let dam = 5.0 * diagonal;
@@ -297,6 +304,9 @@ fn oblique(cells: u32, options: Options) -> Result<Setup, CaseError> {
     });
     let end = 6.0;
     Ok(Setup {
+        // A strip across the middle of the dam as long as the straight channel: no edge condition knows a wave that comes
+        // in at an angle, and what the ends of the dam disturb travels less than 2 m of the 4.5 m up to the strip.
+        counts: |x, z| (x - z).abs() <= 2.5 * SQRT_2 && (x + z - 10.0).abs() <= 5.0 * SQRT_2,
         solver: ShallowWater::new(spec, &initial, settings(options, Edges::all(&Condition::Open)))?,
         end,
         exact: Box::new(move |x, z| {
@@ -323,6 +333,7 @@ fn bowl(
         (bed(x, z), bed(x, z) + water.depth, water.velocity)
     });
     Ok(Setup {
+        counts: |_, _| true,
         solver: ShallowWater::new(spec, &initial, settings(options, Edges::default()))?,
         end: period,
         exact: Box::new(move |x, z| exact(x, z, period)),
@@ -345,6 +356,7 @@ fn bump(cells: u32, options: Options, flow: BumpFlow) -> Result<Setup, CaseError
         ..Edges::default()
     };
     Ok(Setup {
+        counts: |_, _| true,
         solver: ShallowWater::new(spec, &initial, settings(options, edges))?,
         end: 200.0,
         exact: Box::new(move |x, _| exact.at(x)),
@@ -368,6 +380,7 @@ fn macdonald(cells: u32, options: Options) -> Result<Setup, CaseError> {
         ..settings(options, edges)
     };
     Ok(Setup {
+        counts: |_, _| true,
         solver: ShallowWater::new(spec, &initial, settings)?,
         end: 1500.0,
         exact: Box::new(move |x, _| exact.at(x)),

@@ -154,7 +154,8 @@ mod tests {
         ] {
             assert!((dawson(x) - d).abs() < 1e-11, "{x}");
         }
-        assert!((ridge(17.1) - (1.0 - 2_f64.sqrt() * 17.1 * dawson(17.1 / 2_f64.sqrt()))).abs() < 1e-12);
+        // The difference takes 24 times the 1e-11 that Dawson's function is held to.
+        assert!((ridge(17.1) - (1.0 - 2_f64.sqrt() * 17.1 * dawson(17.1 / 2_f64.sqrt()))).abs() < 2.5e-10);
     }
 
     /// σ² ∫ e^{−σ²k²/2} cos(ckt) J₀(kr) k dk with J₀ from Bessel's integral, by the trapezoid rule; σ = c = 1.
