@@ -474,6 +474,9 @@ proptest! {
         let (_, text) = &corpus[which % corpus.len()];
         let mut bytes = text.clone().into_bytes();
         for (at, byte, how) in edits {
+            if bytes.is_empty() {
+                break;
+            }
             let at = at.index(bytes.len());
             match how {
                 0 => bytes[at] = byte,

@@ -299,8 +299,18 @@ fn oblique(cells: u32, options: Options) -> Result<Setup, CaseError> {
     let spec = channel(10.0, n.max(4), n.max(4))?;
     let dam = 5.0 * diagonal;
     let exact = Stoker::new(dam, 0.005, 0.001);
+    // The dam runs through the middles of the cells on the diagonal: their means are half and half.
+    let quarter = 0.25 * f64::from(spec.spacing);
     let initial = Initial::still(&spec, |x, z| {
-        (0.0, if (x + z) / diagonal < dam { 0.005 } else { 0.001 })
+        let beyond = x + z - dam * diagonal;
+        let depth = if beyond.abs() < quarter {
+            0.003
+        } else if beyond < 0.0 {
+            0.005
+        } else {
+            0.001
+        };
+        (0.0, depth)
     });
     let end = 6.0;
     Ok(Setup {
