@@ -496,19 +496,33 @@ impl Totals {
             crests: 0.0,
             highest: 0.0,
         };
+        let moving_shore = match (&scene.description.solver, &frame.depth) {
+            (Choice::ShallowWater(_), Some(depth)) => Some(depth.as_slice()),
+            _ => None,
+        };
         for (k, elevation) in frame.elevation.as_slice().iter().enumerate() {
-            let ground = scene.terrain.as_ref().map(|g| g.as_slice()[k]);
-            if ground.is_some_and(|g| f64::from(g) >= level) {
+            let ground = scene.terrain.as_ref().map(|g| f64::from(g.as_slice()[k]) - level);
+            let mut height = f64::from(*elevation) - level;
+            if let (Some(depth), Some(ground)) = (moving_shore, ground) {
+                // Frames continue the surface below the shore, where there is no water: a dry sample's height is its
+                // ground's. On land, what counts is the water above the ground.
+                if height <= ground {
+                    height = ground + f64::from(depth[k]);
+                }
+                if ground >= 0.0 {
+                    totals.potential += height * height - ground * ground;
+                    continue;
+                }
+            } else if ground.is_some_and(|g| g >= 0.0) {
                 continue;
             }
-            let height = f64::from(*elevation) - level;
             totals.potential += height * height;
             totals.volume += height;
             totals.crests += height.max(0.0);
             totals.highest = totals.highest.max(height.abs());
         }
-        if let (Choice::ShallowWater(_), Some(depth)) = (&scene.description.solver, &frame.depth) {
-            totals.volume = depth.as_slice().iter().map(|d| f64::from(*d)).sum();
+        if let Some(depth) = moving_shore {
+            totals.volume = depth.iter().map(|d| f64::from(*d)).sum();
         }
         totals
     }
