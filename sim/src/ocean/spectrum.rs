@@ -235,7 +235,7 @@ mod tests {
     #[test]
     fn jonswap_without_enhancement_is_a_pierson_moskowitz_form() {
         let form = |w: f64| jonswap_form(w, 1.0, 0.01, 1.0);
-        for w in [0.5, 0.9, 1.0, 1.7, 6.0] {
+        for w in [0.5_f64, 0.9, 1.0, 1.7, 6.0] {
             let pm = 0.01 * GRAVITY * GRAVITY / w.powi(5) * (-1.25 / w.powi(4)).exp();
             assert!((form(w) / pm - 1.0).abs() < 1e-12);
         }

@@ -134,7 +134,8 @@ mod tests {
                     let total: f64 = (0..n)
                         .map(|i| kind.density(-PI + (f64::from(i) + 0.5) * step, ratio, 1.0, wind) * step)
                         .sum();
-                    assert!((total - 1.0).abs() < 1e-6, "{kind:?} {wind} {ratio}: {total}");
+                    // Small exponents have a cusp at θ = π, which limits the midpoint rule.
+                    assert!((total - 1.0).abs() < 1e-5, "{kind:?} {wind} {ratio}: {total}");
                 }
             }
         }
