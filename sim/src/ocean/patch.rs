@@ -176,3 +176,176 @@ impl Patch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ocean::dispersion::Dispersion;
+    use crate::ocean::sea::{Sea, SeaComponent};
+    use crate::ocean::spectrum::Spectrum;
+    use crate::ocean::spreading::Spreading;
+    use glam::{DVec2, UVec2};
+    use std::f64::consts::TAU;
+
+    fn sea(depth: Option<f64>) -> Sea {
+        let wind = SeaComponent {
+            spectrum: Spectrum::Jonswap {
+                wind: 10.0,
+                fetch: 5e4,
+                gamma: 3.3,
+            },
+            direction: 20.0,
+            spreading: Spreading::Hasselmann,
+        };
+        Sea::new(&[wind], Dispersion::new(depth))
+    }
+
+    fn patch(size: UVec2, depth: Option<f64>) -> Patch {
+        let lattice = Lattice::new(
+            &sea(depth),
+            DVec2::new(200.0, 150.0),
+            size,
+            (0.0, f64::INFINITY),
+            3,
+            0,
+            None,
+        );
+        Patch::new(lattice, depth.unwrap_or(f64::INFINITY))
+    }
+
+    const ALL: [Field; 10] = [
+        Field::Elevation,
+        Field::DisplacementX,
+        Field::DisplacementZ,
+        Field::SlopeX,
+        Field::SlopeZ,
+        Field::StretchXX,
+        Field::StretchZZ,
+        Field::StretchXZ,
+        Field::VelocityX,
+        Field::VelocityZ,
+    ];
+
+    /// The fields at sample (i, j), summed mode by mode in f64.
+    fn oracle(patch: &Patch, depth: f64, time: f64, i: usize, j: usize) -> [f64; 10] {
+        let l = patch.lattice();
+        let (w, h) = (l.size.x as usize, l.size.y as usize);
+        let mut sums = [0.0; 10];
+        for m in 0..=w / 2 {
+            for n in 0..h {
+                let at = m * h + n;
+                let (kx, kz) = (wave_number(m, w, l.period.x), wave_number(n, h, l.period.y));
+                let k = kx.hypot(kz);
+                if k == 0.0 {
+                    continue;
+                }
+                let omega = l.turns[at] * TAU;
+                let (sin, cos) = (omega * time).sin_cos();
+                let (e, o) = (l.even[at], l.odd[at]);
+                let (er, ei, or, oi) = (f64::from(e.re), f64::from(e.im), f64::from(o.re), f64::from(o.im));
+                let (re, im) = (er * cos + or * sin, ei * cos + oi * sin);
+                let (vr, vi) = (omega * (or * cos - er * sin), omega * (oi * cos - ei * sin));
+                let phase = TAU * ((m * i) as f64 / w as f64 + (n * j) as f64 / h as f64);
+                let (s, c) = phase.sin_cos();
+                // Entries off the axis kx = 0 stand for themselves and their conjugate.
+                let weight = if m == 0 { 1.0 } else { 2.0 };
+                let real = |a: f64, b: f64| weight * (a * c - b * s);
+                let per_k = 1.0 / (k * (k * depth).tanh());
+                let turned = real(-im, re);
+                let values = [
+                    real(re, im),
+                    kx * per_k * turned,
+                    kz * per_k * turned,
+                    kx * turned,
+                    kz * turned,
+                    -kx * kx * per_k * real(re, im),
+                    -kz * kz * per_k * real(re, im),
+                    -kx * kz * per_k * real(re, im),
+                    kx * per_k * real(-vi, vr),
+                    kz * per_k * real(-vi, vr),
+                ];
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += value;
+                }
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn transforms_equal_the_sum_of_the_waves() {
+        for (size, depth) in [
+            (UVec2::new(32, 24), None),
+            (UVec2::new(15, 20), Some(8.0)),
+            (UVec2::new(18, 9), None),
+        ] {
+            let mut patch = patch(size, depth);
+            let mut out = vec![Vec::new(); 10];
+            let time = 1e5 + 0.37;
+            patch.synthesise(time, None, &ALL, &mut out);
+            let mut scale = [0.0_f64; 10];
+            let mut worst = [0.0_f64; 10];
+            for (i, j) in [(0, 0), (3, 1), (7, 8), (14, 5), (9, 7), (1, 3)] {
+                let truth = oracle(&patch, depth.unwrap_or(f64::INFINITY), time, i, j);
+                for f in 0..10 {
+                    let value = f64::from(out[f][j * size.x as usize + i]);
+                    scale[f] = scale[f].max(truth[f].abs());
+                    worst[f] = worst[f].max((value - truth[f]).abs());
+                }
+            }
+            for f in 0..10 {
+                assert!(
+                    worst[f] <= 3e-6 * scale[f],
+                    "{:?} {size}: {} of {}",
+                    ALL[f],
+                    worst[f],
+                    scale[f]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_field_is_the_same_alone_and_packed() {
+        let mut patch = patch(UVec2::new(64, 64), None);
+        let mut pair = vec![Vec::new(); 2];
+        patch.synthesise(12.5, None, &[Field::DisplacementX, Field::SlopeZ], &mut pair);
+        for (n, field) in [Field::DisplacementX, Field::SlopeZ].into_iter().enumerate() {
+            let mut alone = vec![Vec::new()];
+            patch.synthesise(12.5, None, &[field], &mut alone);
+            let scale = alone[0].iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+            for (a, b) in alone[0].iter().zip(&pair[n]) {
+                assert!((a - b).abs() < 2e-6 * scale);
+            }
+        }
+    }
+
+    #[test]
+    fn the_significant_wave_height_is_that_of_the_spectrum() {
+        let sea = sea(None);
+        let size = UVec2::new(256, 256);
+        let period = DVec2::new(800.0, 800.0);
+        let (seeds, mut mean) = (40, 0.0);
+        let mut expected = 0.0;
+        for seed in 0..seeds {
+            let lattice = Lattice::new(&sea, period, size, (0.0, f64::INFINITY), seed, 0, None);
+            expected = lattice.variance;
+            let mut patch = Patch::new(lattice, f64::INFINITY);
+            let mut out = vec![Vec::new()];
+            patch.synthesise(0.0, None, &[Field::Elevation], &mut out);
+            let n = out[0].len() as f64;
+            mean += out[0].iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / n / seeds as f64;
+        }
+        // 40 draws of a spectrum with about a hundred waves around its peak: 1 % of the height is two deviations.
+        assert!(
+            (mean.sqrt() / expected.sqrt() - 1.0).abs() < 0.01,
+            "{mean} {expected}"
+        );
+        // What the lattice leaves out is the tail above its Nyquist wave number.
+        assert!(
+            (expected / sea.variance() - 1.0).abs() < 0.02,
+            "{expected} {}",
+            sea.variance()
+        );
+    }
+}
