@@ -17,6 +17,8 @@ pub mod frame;
 pub mod grid;
 pub mod mesh;
 pub mod npy;
+#[cfg(feature = "ocean")]
+pub mod ocean;
 pub mod optics;
 #[cfg(feature = "procedural")]
 pub mod procedural;

@@ -1,0 +1,198 @@
+//! Two-dimensional inverse transforms of a periodic patch. Two real fields ride one complex transform; a single field
+//! takes the real one, at half the cost.
+
+use glam::UVec2;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner};
+use rustfft::num_complex::Complex32;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+
+/// Plans and work space for one patch size, reused every frame.
+pub struct Transform {
+    width: usize,
+    height: usize,
+    along_x: Arc<dyn Fft<f32>>,
+    along_z: Arc<dyn Fft<f32>>,
+    real_x: Arc<dyn ComplexToReal<f32>>,
+    spectrum: Vec<Complex32>,
+    turned: Vec<Complex32>,
+}
+
+impl std::fmt::Debug for Transform {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Transform")
+            .field("width", &self.width)
+            .field("height", &self.height)
+            .finish()
+    }
+}
+
+/// Rows transposed together: 16 complex numbers are two cache lines.
+const BLOCK: usize = 16;
+
+/// `to[j · rows + i] = from[i · columns + j]` for the first `rows` rows of `columns`.
+fn transpose(from: &[Complex32], to: &mut [Complex32], rows: usize, columns: usize) {
+    to.par_chunks_mut(BLOCK * rows)
+        .enumerate()
+        .for_each(|(block, to)| {
+            let first = block * BLOCK;
+            let count = to.len() / rows;
+            for i0 in (0..rows).step_by(BLOCK) {
+                for i in i0..(i0 + BLOCK).min(rows) {
+                    let source = &from[i * columns + first..i * columns + first + count];
+                    for (j, value) in source.iter().enumerate() {
+                        to[j * rows + i] = *value;
+                    }
+                }
+            }
+        });
+}
+
+impl Transform {
+    /// Plans for a patch of `size` samples.
+    pub fn new(size: UVec2) -> Self {
+        let (width, height) = (size.x as usize, size.y as usize);
+        let mut planner = FftPlanner::new();
+        Self {
+            width,
+            height,
+            along_x: planner.plan_fft_inverse(width),
+            along_z: planner.plan_fft_inverse(height),
+            real_x: RealFftPlanner::new().plan_fft_inverse(width),
+            spectrum: Vec::new(),
+            turned: Vec::new(),
+        }
+    }
+
+    /// Bytes of the work space.
+    pub fn bytes(&self) -> u64 {
+        ((self.spectrum.capacity() + self.turned.capacity()) * size_of::<Complex32>()) as u64
+    }
+
+    /// Transforms `rows` rows of kx, each holding all kz, in parallel.
+    fn columns(&mut self, rows: usize) {
+        let (height, plan) = (self.height, &self.along_z);
+        self.spectrum[..rows * height]
+            .par_chunks_mut(height * BLOCK)
+            .for_each(|rows| {
+                let mut scratch = vec![Complex32::default(); plan.get_inplace_scratch_len()];
+                plan.process_with_scratch(rows, &mut scratch);
+            });
+    }
+
+    /// Transforms one real field. `fill(m, row)` writes row `m` (kx = m) of its half spectrum for `m < active`; rows beyond
+    /// are zero. `out` is row-major with x fastest.
+    pub fn real(&mut self, active: usize, fill: impl Fn(usize, &mut [Complex32]) + Sync, out: &mut [f32]) {
+        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        self.spectrum
+            .resize((width * height).max(half * height), Complex32::default());
+        self.turned.resize(width.max(half) * height, Complex32::default());
+        self.spectrum[..half * height]
+            .par_chunks_mut(height)
+            .enumerate()
+            .for_each(|(m, row)| {
+                if m < active {
+                    fill(m, row);
+                } else {
+                    row.fill(Complex32::default());
+                }
+            });
+        self.columns(active.min(half));
+        transpose(
+            &self.spectrum[..half * height],
+            &mut self.turned[..half * height],
+            half,
+            height,
+        );
+        let plan = &self.real_x;
+        out.par_chunks_mut(width * BLOCK)
+            .zip(self.turned[..half * height].par_chunks_mut(half * BLOCK))
+            .for_each(|(out, rows)| {
+                let mut scratch = plan.make_scratch_vec();
+                for (out, row) in out.chunks_mut(width).zip(rows.chunks_mut(half)) {
+                    // What the real transform demands and exact arithmetic would give.
+                    row[0].im = 0.0;
+                    if width.is_multiple_of(2) {
+                        row[half - 1].im = 0.0;
+                    }
+                    // The lengths are those of the plan, which is all that this can complain about.
+                    let done = plan.process_with_scratch(row, out, &mut scratch);
+                    debug_assert!(done.is_ok());
+                }
+            });
+    }
+
+    /// Transforms two real fields at once. `fill(m, first, second)` writes row `m` of both half spectra.
+    pub fn pair(
+        &mut self,
+        active: usize,
+        fill: impl Fn(usize, &mut [Complex32], &mut [Complex32]) + Sync,
+        first: &mut [f32],
+        second: &mut [f32],
+    ) {
+        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        self.spectrum.resize(width * height, Complex32::default());
+        self.turned.resize(width.max(half) * height, Complex32::default());
+        let active = active.min(half);
+        // C = Â + iB̂ on the half plane; on the other half, where Â(−k) = conj Â(k), C(−k) = conj Â(k) + i conj B̂(k).
+        let (lower, upper) = self.spectrum[..width * height].split_at_mut(half * height);
+        let both = width - half;
+        let direct = |row: &mut [Complex32], a: &[Complex32], b: &[Complex32]| {
+            for ((c, a), b) in row.iter_mut().zip(a).zip(b) {
+                *c = Complex32::new(a.re - b.im, a.im + b.re);
+            }
+        };
+        let work = || {
+            (
+                vec![Complex32::default(); height],
+                vec![Complex32::default(); height],
+            )
+        };
+        {
+            let (mut a, mut b) = work();
+            // Row 0 is its own mirror image; the Nyquist row of an even width is zero.
+            fill(0, &mut a, &mut b);
+            direct(&mut lower[..height], &a, &b);
+            lower[(both + 1) * height..].fill(Complex32::default());
+        }
+        lower[height..(both + 1) * height]
+            .par_chunks_mut(height)
+            .zip(upper.par_chunks_mut(height).rev())
+            .enumerate()
+            .for_each_init(work, |(a, b), (index, (row, mirror))| {
+                let m = index + 1;
+                if m >= active {
+                    row.fill(Complex32::default());
+                    mirror.fill(Complex32::default());
+                    return;
+                }
+                fill(m, a, b);
+                direct(row, a, b);
+                mirror[0] = Complex32::new(a[0].re + b[0].im, b[0].re - a[0].im);
+                for ((c, a), b) in mirror[1..].iter_mut().rev().zip(&a[1..]).zip(&b[1..]) {
+                    *c = Complex32::new(a.re + b.im, b.re - a.im);
+                }
+            });
+        self.columns(width);
+        transpose(
+            &self.spectrum[..width * height],
+            &mut self.turned[..width * height],
+            width,
+            height,
+        );
+        let plan = &self.along_x;
+        first
+            .par_chunks_mut(width * BLOCK)
+            .zip(second.par_chunks_mut(width * BLOCK))
+            .zip(self.turned[..width * height].par_chunks_mut(width * BLOCK))
+            .for_each(|((first, second), rows)| {
+                let mut scratch = vec![Complex32::default(); plan.get_inplace_scratch_len()];
+                plan.process_with_scratch(rows, &mut scratch);
+                for ((a, b), c) in first.iter_mut().zip(second).zip(rows) {
+                    *a = c.re;
+                    *b = c.im;
+                }
+            });
+    }
+}
