@@ -1,0 +1,76 @@
+//! The tables `[[event]]`: what acts on the water, and when.
+
+use glam::Vec2;
+use serde::{Deserialize, Serialize};
+
+/// Something that acts on the water at a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Event {
+    /// One action at one moment.
+    Drop {
+        /// Seconds.
+        time: f64,
+        /// Centre in metres.
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Volume in m³.
+        volume: f32,
+    },
+    /// The surface is pressed down once without adding water.
+    Press {
+        /// Seconds.
+        time: f64,
+        /// Centre in metres.
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Depth at the centre in metres.
+        depth: f32,
+    },
+    /// A horizontal push.
+    Push {
+        /// Seconds.
+        time: f64,
+        /// Centre in metres.
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Change of velocity at the centre in m/s.
+        velocity: Vec2,
+    },
+    /// A depression that travels from one point to another, pressing as it goes (a boat's path, a gust).
+    Sweep {
+        /// First moment, seconds.
+        start: f64,
+        /// Last moment, seconds.
+        end: f64,
+        /// Where it begins, metres.
+        from: Vec2,
+        /// Where it ends, metres.
+        to: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Rate at which the surface is pressed down at the centre, m/s.
+        rate: f32,
+    },
+    /// Rain: drops at random places and times.
+    Rain {
+        /// First moment, seconds.
+        #[serde(default)]
+        start: f64,
+        /// Last moment, seconds; default: to the end.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        end: Option<f64>,
+        /// Drops a second over the whole domain.
+        rate: f32,
+        /// Radius of the bump that a drop makes, metres.
+        radius: f32,
+        /// Volume of a drop in m³.
+        volume: f32,
+        /// Whether drops add water (`false` presses the surface instead, so that the volume stays).
+        #[serde(default)]
+        adds_water: bool,
+    },
+}

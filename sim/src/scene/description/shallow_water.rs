@@ -1,0 +1,34 @@
+//! Parameters of `solver.kind = "shallow-water"`.
+
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the shallow-water solver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShallowWater {
+    /// Distance between samples in metres.
+    pub spacing: f32,
+    /// Discretisation.
+    #[serde(default)]
+    pub scheme: ShallowWaterScheme,
+    /// Manning's roughness in s/m^⅓; 0 for none.
+    #[serde(default)]
+    pub manning: f32,
+    /// Courant number of the sub-steps, in (0, 1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub courant: Option<f32>,
+    /// Depth in metres below which water is treated as a film; default: 1e-5 of the largest depth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film_depth: Option<f32>,
+}
+
+/// Discretisation of the shallow-water equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShallowWaterScheme {
+    /// Chosen for the scene.
+    #[default]
+    Auto,
+    /// Well-balanced MUSCL-Hancock finite volumes.
+    FiniteVolume,
+}

@@ -1,0 +1,27 @@
+//! The table `[solver]`: which method moves the water.
+
+use super::{Procedural, ShallowWater, WaveEquation};
+use serde::{Deserialize, Serialize};
+
+/// The method that moves the water.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Solver {
+    /// Linear wave equation on a grid.
+    WaveEquation(WaveEquation),
+    /// Sums of directional sines and Gerstner waves, in closed form.
+    Procedural(Procedural),
+    /// Shallow-water equations.
+    ShallowWater(ShallowWater),
+}
+
+impl Solver {
+    /// Distance between samples in metres.
+    pub fn spacing(&self) -> f32 {
+        match self {
+            Self::WaveEquation(s) => s.spacing,
+            Self::Procedural(s) => s.spacing,
+            Self::ShallowWater(s) => s.spacing,
+        }
+    }
+}
