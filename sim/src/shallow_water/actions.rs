@@ -143,6 +143,8 @@ pub(crate) fn apply<T: Real>(
             radius,
             velocity,
         } => push(core, spec, position, radius, velocity),
+        // Bodies take these, see `floats`.
+        Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => Ok(()),
     }
 }
 

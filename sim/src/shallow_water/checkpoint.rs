@@ -33,6 +33,10 @@ pub struct Checkpoint {
     pub momentum_x: Vec<f64>,
     /// Momentum per area along Z, m²/s, row-major.
     pub momentum_z: Vec<f64>,
+    /// Bodies, if there are any that move.
+    #[cfg(feature = "bodies")]
+    #[serde(default)]
+    pub bodies: Option<crate::bodies::BodiesCheckpoint>,
 }
 
 /// What a tile remembers of its last step.
@@ -57,6 +61,10 @@ pub enum CheckpointError {
         /// Precision of the checkpoint.
         found: &'static str,
     },
+    /// Its bodies cannot be restored.
+    #[cfg(feature = "bodies")]
+    #[error(transparent)]
+    Bodies(#[from] crate::bodies::BodyError),
     /// A value cannot be part of a state.
     #[error("checkpoint: {what} is {value} at entry {at}, which no state holds; the file is damaged")]
     Damaged {
@@ -109,6 +117,8 @@ impl Checkpoint {
             depth: gather(&fields.h),
             momentum_x: gather(&fields.qx),
             momentum_z: gather(&fields.qz),
+            #[cfg(feature = "bodies")]
+            bodies: None,
         }
     }
 

@@ -7,6 +7,7 @@ pub mod cases;
 mod checkpoint;
 mod edges;
 mod finite_volume;
+mod floats;
 mod from_scene;
 pub mod monai;
 mod real;

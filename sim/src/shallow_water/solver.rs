@@ -3,14 +3,19 @@
 use super::actions;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
+use super::floats::Floats;
 use super::real::Real;
 use super::settings::{Initial, Precision, Settings, SetupError};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
+#[cfg(feature = "bodies")]
+use crate::bodies::{Bodies, BodyError};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
-use crate::solver::{Solver, StepError, StepReport};
+#[cfg(feature = "bodies")]
+use crate::scene::Scene;
+use crate::solver::{Extra, Solver, StepError, StepReport};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -51,6 +56,7 @@ pub struct ShallowWater {
     time: f64,
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
+    floats: Floats,
 }
 
 impl ShallowWater {
@@ -75,7 +81,24 @@ impl ShallowWater {
             core,
             time: 0.0,
             speed: None,
+            floats: Floats::default(),
         })
+    }
+
+    /// Puts the moving objects of a scene into the water, which is taken to be level around them.
+    ///
+    /// # Errors
+    /// [`BodyError`] if an object is no solid, or starts where it cannot be.
+    #[cfg(feature = "bodies")]
+    pub fn add_bodies(&mut self, scene: &Scene) -> Result<(), BodyError> {
+        self.floats = each!(&mut self.core, c => Floats::from_scene(scene, c, &self.spec))?;
+        Ok(())
+    }
+
+    /// The moving objects, if there are any.
+    #[cfg(feature = "bodies")]
+    pub fn bodies(&self) -> Option<&Bodies> {
+        self.floats.get()
     }
 
     /// What the solver was told.
@@ -115,7 +138,14 @@ impl ShallowWater {
 
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed))
+        let checkpoint =
+            each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        #[cfg(feature = "bodies")]
+        let checkpoint = Checkpoint {
+            bodies: self.floats.checkpoint(),
+            ..checkpoint
+        };
+        checkpoint
     }
 
     /// Continues from a checkpoint of a solver with the same settings: bit-identical to a run without interruption.
@@ -124,6 +154,8 @@ impl ShallowWater {
     /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        #[cfg(feature = "bodies")]
+        self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
         Ok(())
@@ -143,9 +175,9 @@ impl ShallowWater {
         StepReport {
             substeps: 0,
             largest_stable_step: self.stable_step(speed),
-            mass: totals.mass,
+            mass: totals.mass - self.floats.displaced_mass(self.spec.cell_area()),
             momentum: totals.momentum,
-            energy: totals.energy,
+            energy: totals.energy + self.floats.energy(self.level),
             courant: 0.0,
             froude: totals.froude,
             clamps: 0,
@@ -224,12 +256,17 @@ impl Solver for ShallowWater {
     }
 
     fn offers(&self) -> Channels {
-        Channels::DEPTH | Channels::VELOCITY
+        let bodies = match self.floats.poses() {
+            Some(_) => Channels::BODIES,
+            None => Channels::NONE,
+        };
+        Channels::DEPTH | Channels::VELOCITY | bodies
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
         StepError::check_step(dt)?;
         let (start, dt) = (self.time, f64::from(dt));
+        let clamps = self.floats.clamps();
         let (spacing, courant) = (self.spacing(), self.settings.courant);
         let mut done = 0.0;
         let mut substeps = 0_u64;
@@ -241,7 +278,8 @@ impl Solver for ShallowWater {
         let mut retries = 0;
         while done < dt {
             let left = dt - done;
-            let needed = (left / self.stable_step(speed)).ceil().max(1.0);
+            let longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
+            let needed = (left / longest).ceil().max(1.0);
             if !(substeps as f64 + needed <= self.settings.max_substeps as f64) {
                 self.speed = None;
                 return Err(StepError::TooManySubsteps {
@@ -254,6 +292,8 @@ impl Solver for ShallowWater {
             let step = left / needed;
             match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
+                    let (time, spec) = (self.time, self.spec);
+                    each!(&mut self.core, c => self.floats.follow(c, &spec, time, step)).map_err(StepError::from)?;
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
@@ -275,6 +315,7 @@ impl Solver for ShallowWater {
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
+            clamps: self.floats.clamps() - clamps,
             ..self.state_report(speed)
         })
     }
@@ -283,9 +324,20 @@ impl Solver for ShallowWater {
         out.prepare(self.spec, want & self.offers());
         out.time = self.time;
         each!(&self.core, c => extract(c, &self.ground, out));
+        if out.bodies.is_some() {
+            out.bodies = self.floats.poses();
+        }
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
+        action.check()?;
+        if action.is_on_body() {
+            return self.floats.apply(action).unwrap_or(Err(EventError::Unsupported {
+                solver: "shallow-water",
+                action: action.name(),
+                remedy: "give the scene an object that moves freely, and build with the Cargo feature `bodies`",
+            }));
+        }
         self.speed = None;
         each!(&mut self.core, c => actions::apply(c, &self.spec, action))
     }
@@ -300,6 +352,17 @@ impl Solver for ShallowWater {
     fn bytes(&self) -> u64 {
         let core = each!(&self.core, c => c.bytes());
         (core + self.spec.len() * size_of::<f32>()) as u64
+    }
+
+    fn extras(&self) -> Vec<Extra> {
+        match self.floats.poses() {
+            Some(poses) => vec![Extra {
+                name: "bodies",
+                reason: format!("{} objects, at least one of which moves", poses.len()),
+                bytes: self.floats.bytes(),
+            }],
+            None => Vec::new(),
+        }
     }
 }
 
