@@ -3,10 +3,13 @@
 //! [`Stage`] keeps what depends on the scene alone from frame to frame and rebuilds the rest; [`world::World`] answers
 //! what a ray meets.
 
+pub(crate) mod air;
 pub(crate) mod choppy;
 pub(crate) mod droplets;
 pub(crate) mod ground;
+pub(crate) mod interface;
 pub(crate) mod light;
+pub(crate) mod matt;
 pub(crate) mod objects;
 pub(crate) mod pixel;
 pub(crate) mod surface;
