@@ -76,7 +76,7 @@ fn towards_ray(normal: Vec3, direction: Vec3) -> Vec3 {
 }
 
 /// A direction on the side of `normal`, tilted as far as needed.
-fn keep_side(direction: Vec3, normal: Vec3) -> Vec3 {
+pub(crate) fn keep_side(direction: Vec3, normal: Vec3) -> Vec3 {
     const LEAST: f32 = 1e-4;
     let along = direction.dot(normal);
     if along < LEAST {

@@ -21,7 +21,7 @@ pub(crate) mod world;
 use crate::camera::Lens;
 use crate::caster::HeightfieldError;
 use crate::sky::Sky;
-use meniscus_sim::frame::Frame;
+use meniscus_sim::frame::{Channels, Frame};
 use meniscus_sim::render::{RenderError, RenderReport, View};
 use meniscus_sim::scene::description::Shape;
 use meniscus_sim::{Grid, Scene};
@@ -50,6 +50,15 @@ pub(crate) struct Stage {
     fixed: Option<Fixed>,
     water: Option<Surface>,
     heights: Option<Grid<f32>>,
+}
+
+/// The optional channels that the stage of this scene can be set with.
+pub(crate) fn needs(scene: &Scene) -> Channels {
+    let mut set = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS;
+    if !scene.description.objects.is_empty() {
+        set |= Channels::BODIES;
+    }
+    set
 }
 
 /// One frame seen from one place.

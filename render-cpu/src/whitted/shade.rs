@@ -19,6 +19,9 @@ impl Tracer<'_> {
 
     /// Radiance of a matt surface.
     pub(super) fn lit(&mut self, matt: &Matt, medium: Medium) -> Vec3 {
+        if self.settings.glow {
+            return matt.albedo;
+        }
         let irradiance = match medium {
             Medium::Air => self.irradiance_in_air(matt),
             Medium::Water => self.irradiance_in_water(matt),

@@ -49,6 +49,7 @@ impl Tracer<'_> {
         let direction = path.ray.direction.as_vec3();
         match (hit, path.medium) {
             (None, Medium::Air) => self.escaped(direction, path.spread),
+            (None, Medium::Water) if self.settings.glow => Vec3::ZERO,
             (None, Medium::Water) => {
                 let depth = self.world.depth(path.ray.origin) as f32;
                 self.world.volume.scattered(depth, -direction.y, f32::INFINITY)
@@ -71,13 +72,20 @@ impl Tracer<'_> {
                 }
                 let left = volume.transmittance(length);
                 let depth = self.world.depth(path.ray.origin) as f32;
-                let added = volume.scattered(depth, -direction.y, length);
+                let added = if self.settings.glow {
+                    Vec3::ZERO
+                } else {
+                    volume.scattered(depth, -direction.y, length)
+                };
                 left * self.surface(&path, &hit, left) + added
             }
         }
     }
 
     fn escaped(&self, direction: Vec3, spread: f32) -> Vec3 {
+        if self.settings.glow {
+            return Vec3::ZERO;
+        }
         let light = self.world.light;
         let mut radiance = light.sky.radiance(direction, spread);
         if let Some(sun) = &light.sun {
@@ -225,6 +233,9 @@ impl Tracer<'_> {
 
     /// After too many interfaces: the mean light of the medium.
     fn given_up(&self, path: &Path) -> Vec3 {
+        if self.settings.glow {
+            return Vec3::ZERO;
+        }
         let light = self.world.light;
         match path.medium {
             Medium::Air => light.sky.radiance(path.ray.direction.as_vec3(), 0.5),
