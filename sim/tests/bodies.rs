@@ -87,7 +87,8 @@ fn mean_level(solver: &ShallowWater) -> f64 {
 
 /// Times between upward passages of the mean of the last values, by linear interpolation.
 fn period(heights: &[f64], dt: f64, passages: usize) -> f64 {
-    let rest = heights[heights.len() * 3 / 4..].iter().sum::<f64>() / (heights.len() - heights.len() * 3 / 4) as f64;
+    let rest =
+        heights[heights.len() * 3 / 4..].iter().sum::<f64>() / (heights.len() - heights.len() * 3 / 4) as f64;
     let mut times = Vec::new();
     for (k, pair) in heights.windows(2).enumerate() {
         let (a, b) = (pair[0] - rest, pair[1] - rest);
@@ -123,8 +124,14 @@ fn a_floating_box_comes_to_rest_at_archimedes_draft() {
         let pose = pose(&solver, 0);
         let draft = mean_level(&solver) - (f64::from(pose.position.y) - 0.3);
         let expected = 0.6 * f64::from(density) / 1000.0;
-        assert!((draft / expected - 1.0).abs() < 0.01, "density {density}: draft {draft} for {expected}");
-        assert!(pose.velocity.length() < 5e-3 && pose.angular_velocity.length() < 1e-2, "{pose:?}");
+        assert!(
+            (draft / expected - 1.0).abs() < 0.01,
+            "density {density}: draft {draft} for {expected}"
+        );
+        assert!(
+            pose.velocity.length() < 5e-3 && pose.angular_velocity.length() < 1e-2,
+            "{pose:?}"
+        );
     }
 }
 
@@ -138,7 +145,9 @@ fn a_box_bobs_with_the_period_of_added_mass_theory() {
         tank.more = OPEN;
         let mut solver = tank.solver();
         let mut heights = Vec::new();
-        run(&mut solver, 12.0, 0.02, |s| heights.push(f64::from(pose(s, 0).position.y)));
+        run(&mut solver, 12.0, 0.02, |s| {
+            heights.push(f64::from(pose(s, 0).position.y))
+        });
         let found = period(&heights, 0.02, 2);
         println!("period at spacing {spacing}: {found:.4} s, theory {theory:.4} s");
         assert!((found / theory - 1.0).abs() < 0.05, "{found} s for {theory} s");
@@ -158,7 +167,9 @@ fn a_sphere_bobs_as_in_the_laboratory() {
     tank.more = OPEN;
     let mut solver = tank.solver();
     let mut heights = Vec::new();
-    run(&mut solver, 6.0, 0.01, |s| heights.push(f64::from(pose(s, 0).position.y)));
+    run(&mut solver, 6.0, 0.01, |s| {
+        heights.push(f64::from(pose(s, 0).position.y))
+    });
     let found = period(&heights, 0.01, 2);
     println!("sphere: {found:.4} s");
     assert!((found / 0.76 - 1.0).abs() < 0.05, "{found} s");
@@ -167,7 +178,9 @@ fn a_sphere_bobs_as_in_the_laboratory() {
 #[test]
 fn a_stone_sinks_and_rests_on_the_ground() {
     let ball = r#"{ kind = "sphere", radius = 0.3 }"#;
-    let mut solver = Tank::new(6.0, 2.0, 0.25).free("stone", ball, [0.0, 1.0, 0.0], 2500.0, "").solver();
+    let mut solver = Tank::new(6.0, 2.0, 0.25)
+        .free("stone", ball, [0.0, 1.0, 0.0], 2500.0, "")
+        .solver();
     run(&mut solver, 10.0, 0.1, |_| {});
     let pose = pose(&solver, 0);
     assert!((pose.position.y + 1.7).abs() < 0.01, "{pose:?}");
@@ -177,14 +190,19 @@ fn a_stone_sinks_and_rests_on_the_ground() {
     assert!((submerged / volume - 1.0).abs() < 0.01);
     // The pond has risen by the stone.
     let rise = mean_level(&solver) * 625.0 * 0.0625;
-    assert!((rise / submerged - 1.0).abs() < 1e-3, "{rise} m³ for {submerged} m³");
+    assert!(
+        (rise / submerged - 1.0).abs() < 1e-3,
+        "{rise} m³ for {submerged} m³"
+    );
 }
 
 #[test]
 fn a_tilted_box_rights_itself() {
     let flat = r#"{ kind = "box", size = [1.2, 0.4, 1.2] }"#;
     let tilt = "rotation = { axis = [0.3, 0.0, 1.0], angle = 50 }";
-    let mut solver = Tank::new(8.0, 3.0, 0.25).free("box", flat, [0.0, 0.3, 0.0], 500.0, tilt).solver();
+    let mut solver = Tank::new(8.0, 3.0, 0.25)
+        .free("box", flat, [0.0, 0.3, 0.0], 500.0, tilt)
+        .solver();
     run(&mut solver, 20.0, 0.1, |_| {});
     let up = pose(&solver, 0).rotation * Vec3::Y;
     assert!(up.y > 0.999, "{up}");
@@ -193,8 +211,20 @@ fn a_tilted_box_rights_itself() {
 #[test]
 fn bodies_collide_and_do_not_pass_through_each_other() {
     let mut solver = Tank::new(10.0, 3.0, 0.25)
-        .free("left", CUBE, [-2.0, 0.0, 0.0], 500.0, "velocity = [3.0, 0.0, 0.0]")
-        .free("right", CUBE, [2.0, 0.0, 0.1], 500.0, "velocity = [-3.0, 0.0, 0.0]")
+        .free(
+            "left",
+            CUBE,
+            [-2.0, 0.0, 0.0],
+            500.0,
+            "velocity = [3.0, 0.0, 0.0]",
+        )
+        .free(
+            "right",
+            CUBE,
+            [2.0, 0.0, 0.1],
+            500.0,
+            "velocity = [-3.0, 0.0, 0.0]",
+        )
         .solver();
     let (mut nearest, mut met) = (f32::MAX, false);
     run(&mut solver, 6.0, 0.05, |s| {
@@ -221,11 +251,18 @@ fn a_towed_boat_leaves_a_wake_and_the_water_is_all_there() {
     let along = |x: f32, z: f32| frame.elevation.sample(Vec2::new(x, z));
     let boat = pose(&solver, 0).position.x;
     assert!((boat - 6.0).abs() < 0.3);
-    assert!(along(boat + 3.0, 0.0) > 0.02, "no bow wave: {}", along(boat + 3.0, 0.0));
+    assert!(
+        along(boat + 3.0, 0.0) > 0.02,
+        "no bow wave: {}",
+        along(boat + 3.0, 0.0)
+    );
     let (low, high) = frame.elevation.range();
     assert!(low < -0.03 && high < 1.0, "{low} {high}");
     for (x, z) in [(0.0, 3.0), (4.0, 2.0), (-6.0, 5.0)] {
-        assert!((along(x, z) - along(x, -z)).abs() < 2e-3, "the wake is lopsided at {x}, {z}");
+        assert!(
+            (along(x, z) - along(x, -z)).abs() < 2e-3,
+            "the wake is lopsided at {x}, {z}"
+        );
     }
 }
 
@@ -233,8 +270,20 @@ fn a_towed_boat_leaves_a_wake_and_the_water_is_all_there() {
 fn water_and_bodies_exchange_momentum_and_lose_none() {
     // Without walls for the water and on a level bed nothing else takes momentum.
     let mut tank = Tank::new(12.0, 2.0, 0.25)
-        .free("box", CUBE, [-2.0, 0.1, -1.0], 600.0, "velocity = [2.0, 0.0, 1.0]\nspin = [0.0, 2.0, 0.5]")
-        .free("ball", r#"{ kind = "sphere", radius = 0.4 }"#, [2.0, 1.0, 1.0], 300.0, "velocity = [-1.0, 0.0, 0.3]");
+        .free(
+            "box",
+            CUBE,
+            [-2.0, 0.1, -1.0],
+            600.0,
+            "velocity = [2.0, 0.0, 1.0]\nspin = [0.0, 2.0, 0.5]",
+        )
+        .free(
+            "ball",
+            r#"{ kind = "sphere", radius = 0.4 }"#,
+            [2.0, 1.0, 1.0],
+            300.0,
+            "velocity = [-1.0, 0.0, 0.3]",
+        );
     tank.more = "boundary = { x_min = \"periodic\", x_max = \"periodic\", z_min = \"periodic\", z_max = \"periodic\" }";
     let mut solver = tank.solver();
     let total = |s: &ShallowWater| {
@@ -257,15 +306,30 @@ fn water_and_bodies_exchange_momentum_and_lose_none() {
 #[test]
 fn energy_never_grows() {
     let tank = Tank::new(10.0, 2.0, 0.25)
-        .free("box", CUBE, [0.0, 1.5, 0.0], 400.0, "rotation = { axis = [1.0, 0.0, 0.4], angle = 30 }\nvelocity = [1.0, -2.0, 0.0]")
-        .free("light", r#"{ kind = "sphere", radius = 0.3 }"#, [2.0, -1.0, 1.0], 5.0, "");
+        .free(
+            "box",
+            CUBE,
+            [0.0, 1.5, 0.0],
+            400.0,
+            "rotation = { axis = [1.0, 0.0, 0.4], angle = 30 }\nvelocity = [1.0, -2.0, 0.0]",
+        )
+        .free(
+            "light",
+            r#"{ kind = "sphere", radius = 0.3 }"#,
+            [2.0, -1.0, 1.0],
+            5.0,
+            "",
+        );
     let mut solver = tank.solver();
     let start = solver.report().energy;
     let mut lowest = start;
     run(&mut solver, 15.0, 0.05, |s| {
         let now = s.report().energy;
         // First-order coupling: a bounded wobble of a percent of what there was, no drift.
-        assert!(now < lowest + 0.01 * start.abs(), "energy grew to {now} J from {lowest} J");
+        assert!(
+            now < lowest + 0.01 * start.abs(),
+            "energy grew to {now} J from {lowest} J"
+        );
         lowest = lowest.min(now);
     });
     assert!(lowest < 0.5 * start, "{lowest} {start}");
@@ -287,12 +351,32 @@ fn extremes_are_survived_or_refused() {
         ("light below", ball(0.5), [0.0, -2.0, 0.0], 1.0, ""),
         ("smaller than a cell", ball(0.02), [0.1, 0.0, 0.1], 500.0, ""),
         ("dropped from high", ball(0.5), [0.0, 1000.0, 0.0], 700.0, ""),
-        ("thrown hard", CUBE.to_string(), [0.0, 0.5, 0.0], 500.0, "velocity = [200.0, -50.0, 30.0]\nspin = [30.0, 5.0, 60.0]"),
-        ("nearly as large as the tank", r#"{ kind = "box", size = [7.5, 1.0, 7.5] }"#.into(), [0.0, 0.0, 0.0], 500.0, ""),
-        ("deeper than the water", r#"{ kind = "box", size = [1.0, 5.0, 1.0] }"#.into(), [0.0, -0.4, 0.0], 500.0, ""),
+        (
+            "thrown hard",
+            CUBE.to_string(),
+            [0.0, 0.5, 0.0],
+            500.0,
+            "velocity = [200.0, -50.0, 30.0]\nspin = [30.0, 5.0, 60.0]",
+        ),
+        (
+            "nearly as large as the tank",
+            r#"{ kind = "box", size = [7.5, 1.0, 7.5] }"#.into(),
+            [0.0, 0.0, 0.0],
+            500.0,
+            "",
+        ),
+        (
+            "deeper than the water",
+            r#"{ kind = "box", size = [1.0, 5.0, 1.0] }"#.into(),
+            [0.0, -0.4, 0.0],
+            500.0,
+            "",
+        ),
     ];
     for (name, shape, position, density, keys) in cases {
-        let mut solver = Tank::new(8.0, 3.0, 0.5).free(name, &shape, position, density, keys).solver();
+        let mut solver = Tank::new(8.0, 3.0, 0.5)
+            .free(name, &shape, position, density, keys)
+            .solver();
         let mass = solver.report().mass;
         let duration = if position[1] > 100.0 { 25.0 } else { 8.0 };
         run(&mut solver, duration, 0.1, |s| {
@@ -300,13 +384,25 @@ fn extremes_are_survived_or_refused() {
             assert!(s.report().energy.is_finite(), "{name}: energy");
         });
         let frame = frame(&solver);
-        assert!(frame.elevation.range().1 < 3.0, "{name}: {:?}", frame.elevation.range());
+        assert!(
+            frame.elevation.range().1 < 3.0,
+            "{name}: {:?}",
+            frame.elevation.range()
+        );
         let at = pose(&solver, 0).position;
-        assert!(at.x.abs() <= 4.0 && at.z.abs() <= 4.0 && at.y > -3.1 && at.y < 20.0, "{name}: {at}");
+        assert!(
+            at.x.abs() <= 4.0 && at.z.abs() <= 4.0 && at.y > -3.1 && at.y < 20.0,
+            "{name}: {at}"
+        );
     }
     let refused = |shape: &str, position: [f32; 3]| {
-        let scene = Tank::new(8.0, 3.0, 0.5).free("body", shape, position, 500.0, "").scene();
-        ShallowWater::from_scene(&scene).err().expect("refused").to_string()
+        let scene = Tank::new(8.0, 3.0, 0.5)
+            .free("body", shape, position, 500.0, "")
+            .scene();
+        ShallowWater::from_scene(&scene)
+            .err()
+            .expect("refused")
+            .to_string()
     };
     assert!(refused(CUBE, [0.0, -3.0, 0.0]).contains("0.500 m deep in the ground"));
     assert!(refused(CUBE, [9.0, 0.0, 0.0]).contains("outside of the domain"));
@@ -317,7 +413,13 @@ fn extremes_are_survived_or_refused() {
 fn busy() -> Tank {
     let mut tank = Tank::new(10.0, 2.0, 0.25)
         .free("box", CUBE, [0.0, 0.8, 0.0], 600.0, "spin = [1.0, 0.0, 2.0]")
-        .free("ball", r#"{ kind = "sphere", radius = 0.4 }"#, [1.0, 2.0, 0.3], 300.0, "");
+        .free(
+            "ball",
+            r#"{ kind = "sphere", radius = 0.4 }"#,
+            [1.0, 2.0, 0.3],
+            300.0,
+            "",
+        );
     tank.objects += "[[object]]\nname = \"boat\"\nshape = { kind = \"box\", size = [1.0, 0.8, 0.6] }\n\
         motion = { kind = \"path\", points = [{ time = 0.0, position = [-4.0, 0.0, -3.0] }, \
         { time = 4.0, position = [4.0, 0.0, -3.0] }] }\n";
@@ -333,7 +435,10 @@ fn threads_and_restarts_change_no_bit() {
         }
     };
     let in_pool = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| {
             let mut solver = tank.solver();
             run_for(&mut solver, 60);
@@ -357,7 +462,9 @@ fn threads_and_restarts_change_no_bit() {
 
 #[test]
 fn hands_and_shoves_act_live_and_replay_exactly() {
-    let mut solver = Tank::new(10.0, 2.0, 0.25).free("box", CUBE, [0.0, 0.0, 0.0], 500.0, "").solver();
+    let mut solver = Tank::new(10.0, 2.0, 0.25)
+        .free("box", CUBE, [0.0, 0.0, 0.0], 500.0, "")
+        .solver();
     let drag = Action::Drag {
         body: "box".into(),
         grip: Vec3::ZERO,
@@ -367,7 +474,10 @@ fn hands_and_shoves_act_live_and_replay_exactly() {
     run(&mut solver, 6.0, 0.1, |_| {});
     let held = pose(&solver, 0).position;
     // Held out of the water, hanging g/ω² below the hand.
-    assert!((held - Vec3::new(3.0, 1.0 - 0.0981, -1.0)).length() < 0.02, "{held}");
+    assert!(
+        (held - Vec3::new(3.0, 1.0 - 0.0981, -1.0)).length() < 0.02,
+        "{held}"
+    );
     solver.apply(&Action::Release { body: "box".into() }).unwrap();
     run(&mut solver, 4.0, 0.1, |_| {});
     assert!(pose(&solver, 0).position.y < 0.3);
@@ -378,9 +488,15 @@ fn hands_and_shoves_act_live_and_replay_exactly() {
     };
     solver.apply(&shove("box")).unwrap();
     assert!((pose(&solver, 0).velocity.y - 5.0).abs() < 0.2);
-    assert!(matches!(solver.apply(&shove("ghost")), Err(EventError::NoBody { .. })));
+    assert!(matches!(
+        solver.apply(&shove("ghost")),
+        Err(EventError::NoBody { .. })
+    ));
     let mut without = Tank::new(10.0, 2.0, 0.5).solver();
-    assert!(matches!(without.apply(&shove("box")), Err(EventError::Unsupported { .. })));
+    assert!(matches!(
+        without.apply(&shove("box")),
+        Err(EventError::Unsupported { .. })
+    ));
     assert!(without.bodies().is_none() && without.extras().is_empty());
 
     // The same by the scene's schedule, twice.

@@ -36,7 +36,10 @@ impl Bodies {
     }
 
     fn free(&self, action: &Action, name: &str) -> Result<usize, EventError> {
-        let found = self.bodies.iter().position(|b| b.name == name && b.kind == Kind::Free);
+        let found = self
+            .bodies
+            .iter()
+            .position(|b| b.name == name && b.kind == Kind::Free);
         found.ok_or_else(|| EventError::NoBody {
             action: action.name(),
             body: name.to_string(),

@@ -132,7 +132,10 @@ fn carlson_rd(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     let (mut sum, mut factor) = (0.0, 1.0);
     for _ in 0..60 {
         let mean = (x + y + 3.0 * z) / 5.0;
-        let spread = [x, y, z].map(|v| (1.0 - v / mean).abs()).into_iter().fold(0.0, f64::max);
+        let spread = [x, y, z]
+            .map(|v| (1.0 - v / mean).abs())
+            .into_iter()
+            .fold(0.0, f64::max);
         if spread < 1e-3 {
             let (dx, dy, dz) = (1.0 - x / mean, 1.0 - y / mean, 1.0 - z / mean);
             let (xy, zz) = (dx * dy, dz * dz);
@@ -140,7 +143,8 @@ fn carlson_rd(mut x: f64, mut y: f64, mut z: f64) -> f64 {
             let e3 = (3.0 * xy - 8.0 * zz) * dz;
             let e4 = 3.0 * (xy - zz) * zz;
             let e5 = xy * zz * dz;
-            let series = 1.0 - 3.0 / 14.0 * e2 + e3 / 6.0 + 9.0 / 88.0 * e2 * e2 - 3.0 / 22.0 * e4
+            let series = 1.0 - 3.0 / 14.0 * e2 + e3 / 6.0 + 9.0 / 88.0 * e2 * e2
+                - 3.0 / 22.0 * e4
                 - 9.0 / 52.0 * e2 * e3
                 + 3.0 / 26.0 * e5;
             return 3.0 * sum + factor * series / (mean * mean.sqrt());
@@ -185,8 +189,14 @@ mod tests {
     fn a_flat_disc_has_the_added_mass_and_inertia_of_theory() {
         // Disc broadside in unbounded water: 8/3 ρ R³ along, 16/45 ρ R⁵ about a diameter; half of each on one side.
         let disc = deep(2.0 / 3.0 * PI * 2e-3, [1.0, 1.0], 1.0);
-        assert!((disc.along[2] / (WATER_DENSITY * 4.0 / 3.0) - 1.0).abs() < 5e-3, "{disc:?}");
-        assert!((disc.about[0] / (WATER_DENSITY * 8.0 / 45.0) - 1.0).abs() < 2e-2, "{disc:?}");
+        assert!(
+            (disc.along[2] / (WATER_DENSITY * 4.0 / 3.0) - 1.0).abs() < 5e-3,
+            "{disc:?}"
+        );
+        assert!(
+            (disc.about[0] / (WATER_DENSITY * 8.0 / 45.0) - 1.0).abs() < 2e-2,
+            "{disc:?}"
+        );
         assert!(disc.about[2].abs() < 1e-9);
     }
 
@@ -196,14 +206,20 @@ mod tests {
         let (a, b) = (200.0, 1.0);
         let volume = 2.0 / 3.0 * PI * a * b * b;
         let long = deep(volume, [a, b], 1.0);
-        assert!((long.along[2] / (WATER_DENSITY * volume) - 1.0).abs() < 2e-3, "{long:?}");
+        assert!(
+            (long.along[2] / (WATER_DENSITY * volume) - 1.0).abs() < 2e-3,
+            "{long:?}"
+        );
         assert!(long.along[0] < 1e-2 * long.along[2]);
     }
 
     #[test]
     fn coefficients_sum_to_two_for_any_axes() {
         for axes in [[1.0, 1.0, 1.0], [3.0, 0.2, 1.0], [1e4, 1.0, 1e-3]] {
-            assert!((demagnetising(axes).iter().sum::<f64>() - 2.0).abs() < 1e-9, "{axes:?}");
+            assert!(
+                (demagnetising(axes).iter().sum::<f64>() - 2.0).abs() < 1e-9,
+                "{axes:?}"
+            );
         }
     }
 }

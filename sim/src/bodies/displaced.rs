@@ -144,7 +144,11 @@ pub(super) fn heights(hull: &Hull, state: &State, plane: &Plane, columns: &dyn C
 pub(crate) fn spread(at: f64, first: usize, last: usize) -> [(usize, f64); 3] {
     let nearest = at.round();
     let f = at - nearest;
-    let weights = [0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)];
+    let weights = [
+        0.5 * (0.5 - f) * (0.5 - f),
+        0.75 - f * f,
+        0.5 * (0.5 + f) * (0.5 + f),
+    ];
     let mut out = [(first, 0.0); 3];
     for (k, weight) in weights.into_iter().enumerate() {
         let cell = (nearest + k as f64 - 1.0).clamp(first as f64, last as f64);

@@ -76,7 +76,13 @@ impl Bodies {
         let origin = DVec3::new(middle.x, f64::from(scene.description.water.level), middle.y);
         let mut world = World::new(origin, if smallest.is_finite() { smallest } else { 1.0 });
         for (body, object) in bodies.iter().zip(objects) {
-            world.add(body.kind, &body.state, &body.mass, &object.shape, &body.hull.corners);
+            world.add(
+                body.kind,
+                &body.state,
+                &body.mass,
+                &object.shape,
+                &body.hull.corners,
+            );
         }
         world.add_walls(low.to_array(), high.to_array());
         if let Some(ground) = ground.as_ref().filter(|_| grid.width() > 1 && grid.height() > 1) {
@@ -120,7 +126,10 @@ fn check(
     ground: Option<&crate::grid::Grid<f32>>,
 ) -> Result<(), BodyError> {
     let name = || name.to_string();
-    for (what, value) in [("velocity in m/s", object.velocity), ("spin in rad/s", object.spin)] {
+    for (what, value) in [
+        ("velocity in m/s", object.velocity),
+        ("spin in rad/s", object.spin),
+    ] {
         let value = f64::from(value.length());
         if !(value <= FASTEST) {
             let limit = FASTEST;

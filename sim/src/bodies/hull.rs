@@ -76,7 +76,8 @@ impl Hull {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        (self.vertices.len() + self.corners.len()) * size_of::<DVec3>() + self.panels.len() * size_of::<[u32; 3]>()
+        (self.vertices.len() + self.corners.len()) * size_of::<DVec3>()
+            + self.panels.len() * size_of::<[u32; 3]>()
     }
 }
 
@@ -96,7 +97,10 @@ mod tests {
                 area += 0.5 * (b - a).cross(c - a).length();
                 volume += a.dot(b.cross(c)) / 6.0;
             }
-            assert!((area - 7.0).abs() < 1e-9 && (volume - 1.0).abs() < 1e-9, "{area} {volume}");
+            assert!(
+                (area - 7.0).abs() < 1e-9 && (volume - 1.0).abs() < 1e-9,
+                "{area} {volume}"
+            );
         }
         let fine = Hull::new(&mesh, DVec3::ZERO, 1e-6);
         assert!((fine.panels.len() as f64) < 3.0 * MOST_PANELS);

@@ -74,7 +74,10 @@ impl Loads {
         let column = water.column(state.position.x, state.position.z);
         let rotation = DMat3::from_quat(state.rotation);
         let arms: Vec<DVec3> = hull.vertices.iter().map(|&p| rotation * p).collect();
-        let depths: Vec<f64> = arms.iter().map(|&r| depth_at(water, state.position + r)).collect();
+        let depths: Vec<f64> = arms
+            .iter()
+            .map(|&r| depth_at(water, state.position + r))
+            .collect();
         if depths.iter().all(|&d| d <= 0.0) {
             return loads;
         }

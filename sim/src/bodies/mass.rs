@@ -109,7 +109,11 @@ mod tests {
         assert!((m.volume - 6.0).abs() < 1e-9 && (m.mass - 3000.0).abs() < 1e-6);
         assert!((m.centre - DVec3::new(10.0, -5.0, 2.0)).length() < 1e-9);
         let expected = DMat3::from_diagonal(DVec3::new(13.0, 10.0, 5.0) * 250.0);
-        assert!((m.inertia - expected).abs_diff_eq(DMat3::ZERO, 1e-6), "{}", m.inertia);
+        assert!(
+            (m.inertia - expected).abs_diff_eq(DMat3::ZERO, 1e-6),
+            "{}",
+            m.inertia
+        );
     }
 
     #[test]

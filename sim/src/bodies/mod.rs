@@ -149,7 +149,9 @@ impl Bodies {
             // Rounding is owed until it amounts to something, so that water around a float at rest can rest too.
             let impulse = [body.impulse.x, body.impulse.z];
             let least = LEAST_IMPULSE * WATER_DENSITY * body.mass.volume * (GRAVITY * body.size).sqrt();
-            if impulse[0].hypot(impulse[1]) > least && displaced::push(columns, &body.footprint, impulse, WATER_DENSITY) {
+            if impulse[0].hypot(impulse[1]) > least
+                && displaced::push(columns, &body.footprint, impulse, WATER_DENSITY)
+            {
                 body.impulse = DVec3::ZERO;
             }
         }
@@ -179,7 +181,10 @@ impl Bodies {
 
     /// Longest step in seconds after which the bodies must have met the water again; infinite if none is wet.
     pub fn largest_step(&self, spacing: f64) -> f64 {
-        let wet = self.bodies.iter().filter(|b| b.kind != Kind::Fixed && b.wet > 0.0);
+        let wet = self
+            .bodies
+            .iter()
+            .filter(|b| b.kind != Kind::Fixed && b.wet > 0.0);
         wet.map(|body| {
             let speed = body.state.velocity.length();
             let period = EXCHANGE_OF_PERIOD * (body.size.max(spacing) / GRAVITY).sqrt();
@@ -257,8 +262,10 @@ impl Bodies {
     /// Momentum of the free bodies in kg m/s, with what they still owe the water.
     pub fn momentum(&self) -> [f64; 3] {
         let free = self.bodies.iter().filter(|b| b.kind == Kind::Free);
-        free.fold(DVec3::ZERO, |sum, b| sum + b.mass.mass * b.state.velocity + b.impulse)
-            .to_array()
+        free.fold(DVec3::ZERO, |sum, b| {
+            sum + b.mass.mass * b.state.velocity + b.impulse
+        })
+        .to_array()
     }
 
     /// Kinetic energy of the free bodies with the water that goes along, and their potential energy above `level` less that of the water that they
@@ -279,7 +286,10 @@ impl Bodies {
     /// Bytes held, those of the collision world not counted.
     pub fn bytes(&self) -> u64 {
         let bodies: usize = self.bodies.iter().map(Body::bytes).sum();
-        let ground = self.ground.as_ref().map_or(0, |g| 2 * g.as_slice().len() * size_of::<f32>());
+        let ground = self
+            .ground
+            .as_ref()
+            .map_or(0, |g| 2 * g.as_slice().len() * size_of::<f32>());
         (bodies + ground + self.displaced.bytes()) as u64
     }
 }

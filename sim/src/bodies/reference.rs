@@ -47,7 +47,8 @@ impl Plane {
         let across = along.perp();
         // An ellipse through the corners of the rectangle that holds the hull.
         let half = |axis: DVec2| plan.iter().fold(0.0_f64, |r, p| r.max(p.dot(axis).abs()));
-        let axes = [along, across].map(|axis| half(axis) * std::f64::consts::SQRT_2 + MARGIN * water.resolution());
+        let axes =
+            [along, across].map(|axis| half(axis) * std::f64::consts::SQRT_2 + MARGIN * water.resolution());
         let centre = DVec2::new(state.position.x, state.position.z);
 
         let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
@@ -60,7 +61,11 @@ impl Plane {
             if depth <= 0.0 {
                 continue;
             }
-            let weight = if depth.is_finite() { depth / (depth + 0.1 * mean) } else { 1.0 };
+            let weight = if depth.is_finite() {
+                depth / (depth + 0.1 * mean)
+            } else {
+                1.0
+            };
             let basis = DVec3::new(1.0, offset.x / mean, offset.y / mean);
             normal += outer(basis) * weight;
             right += basis * (weight * column.surface);

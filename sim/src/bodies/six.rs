@@ -162,7 +162,10 @@ mod tests {
     fn solving_undoes_the_product() {
         let mut m = Symmetric::body(3.0, DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5)));
         m.add_at(DVec3::new(0.3, -1.0, 2.0), DMat3::IDENTITY * 2.0);
-        m.add_at(DVec3::new(-0.5, 0.2, 1.0), super::super::mass::outer(DVec3::new(1.0, 2.0, -1.0)));
+        m.add_at(
+            DVec3::new(-0.5, 0.2, 1.0),
+            super::super::mass::outer(DVec3::new(1.0, 2.0, -1.0)),
+        );
         let v = Six {
             linear: DVec3::new(1.0, -2.0, 0.5),
             angular: DVec3::new(0.1, 3.0, -1.0),
@@ -174,7 +177,10 @@ mod tests {
 
     #[test]
     fn a_resistance_at_a_point_acts_on_that_points_velocity() {
-        let (r, k) = (DVec3::new(0.3, -1.0, 2.0), super::super::mass::outer(DVec3::new(1.0, 2.0, -1.0)));
+        let (r, k) = (
+            DVec3::new(0.3, -1.0, 2.0),
+            super::super::mass::outer(DVec3::new(1.0, 2.0, -1.0)),
+        );
         let mut m = Symmetric::default();
         m.add_at(r, k);
         let v = Six {

@@ -7,9 +7,10 @@ pub(crate) use left_out::Floats;
 
 #[cfg(feature = "bodies")]
 mod coupled {
-    use super::super::finite_volume::FiniteVolume;
-    use super::super::real::Real;
-    use crate::bodies::{Bodies, BodiesCheckpoint, BodyError, Column, Columns, MotionError, WATER_DENSITY, Water};
+    use super::super::exchange::Exchange;
+    use crate::bodies::{
+        Bodies, BodiesCheckpoint, BodyError, Column, Columns, MotionError, WATER_DENSITY, Water,
+    };
     use crate::events::{Action, EventError};
     use crate::frame::BodyPose;
     use crate::grid::GridSpec;
@@ -25,9 +26,9 @@ mod coupled {
 
     impl Floats {
         /// The bodies of a scene, at rest in the present water if they start in balance.
-        pub(crate) fn from_scene<T: Real>(
+        pub(crate) fn from_scene<E: Exchange + Sync>(
             scene: &Scene,
-            core: &mut FiniteVolume<T>,
+            core: &mut E,
             spec: &GridSpec,
         ) -> Result<Self, BodyError> {
             let columns = CoreColumns { core, spec };
@@ -48,9 +49,9 @@ mod coupled {
         }
 
         /// Moves the bodies through a sub-step that the water has just made.
-        pub(crate) fn follow<T: Real>(
+        pub(crate) fn follow<E: Exchange + Sync>(
             &mut self,
-            core: &mut FiniteVolume<T>,
+            core: &mut E,
             spec: &GridSpec,
             time: f64,
             dt: f64,
@@ -92,7 +93,11 @@ mod coupled {
             self.0.as_ref().map(Bodies::checkpoint)
         }
 
-        pub(crate) fn restore(&mut self, saved: Option<&BodiesCheckpoint>, time: f64) -> Result<(), BodyError> {
+        pub(crate) fn restore(
+            &mut self,
+            saved: Option<&BodiesCheckpoint>,
+            time: f64,
+        ) -> Result<(), BodyError> {
             match (&mut self.0, saved) {
                 (None, None) => Ok(()),
                 (Some(bodies), Some(saved)) => bodies.restore(saved, time),
@@ -104,57 +109,51 @@ mod coupled {
     /// The columns of a scheme as bodies see them: smoothed over 3 × 3 cells with the same quadratic B-splines by which
     /// a hull's volume is spread over them, so that the work of a body on the water is what the water's pressure takes
     /// from the body.
-    struct CoreColumns<'a, T> {
-        core: &'a mut FiniteVolume<T>,
+    struct CoreColumns<'a, E> {
+        core: &'a mut E,
         spec: &'a GridSpec,
     }
 
-    impl<T: Real> CoreColumns<'_, T> {
-        /// Hands each cell around a place to `each`: padded index and weight.
-        fn around(&self, x: f64, z: f64, mut each: impl FnMut(usize, f64)) {
-            let layout = self.core.layout();
+    impl<E: Exchange> CoreColumns<'_, E> {
+        /// Hands each cell around a place to `each`, with its weight.
+        fn around(&self, x: f64, z: f64, mut each: impl FnMut(usize, usize, f64)) {
             let spacing = f64::from(self.spec.spacing);
             let origin = self.spec.origin.as_dvec2();
-            let rows = crate::bodies::spread((z - origin.y) / spacing, 0, layout.nz - 1);
-            let columns = crate::bodies::spread((x - origin.x) / spacing, 0, layout.nx - 1);
+            let rows = crate::bodies::spread((z - origin.y) / spacing, 0, self.spec.height() - 1);
+            let columns = crate::bodies::spread((x - origin.x) / spacing, 0, self.spec.width() - 1);
             for (j, v) in rows {
                 for (i, u) in columns {
-                    each(layout.at(i, j), u * v);
+                    each(i, j, u * v);
                 }
             }
         }
     }
 
-    impl<T: Real> Water for CoreColumns<'_, T> {
+    impl<E: Exchange + Sync> Water for CoreColumns<'_, E> {
         fn column(&self, x: f64, z: f64) -> Column {
             let dry = self.core.dry();
-            let (fields, beds) = (self.core.fields(), self.core.bed());
             let (mut wet, mut surface, mut bed) = (0.0, 0.0, 0.0);
-            self.around(x, z, |k, weight| {
-                let (h, z) = (fields.h[k].to_f64(), beds[k].to_f64());
+            self.around(x, z, |i, j, weight| {
+                let (h, z) = (self.core.depth(i, j), self.core.bed(i, j));
                 bed += weight * z;
                 if h > dry {
                     wet += weight;
                     surface += weight * (z + h);
                 }
             });
-            let base = self.core.base();
             let surface = if wet >= WET { surface / wet } else { bed };
-            Column {
-                surface: base + surface,
-                bed: base + bed,
-            }
+            Column { surface, bed }
         }
 
         fn velocity(&self, at: DVec3) -> DVec3 {
-            let fields = self.core.fields();
             let (mut h, mut qx, mut qz) = (0.0, 0.0, 0.0);
-            self.around(at.x, at.z, |k, weight| {
-                h += weight * fields.h[k].to_f64();
-                qx += weight * fields.qx[k].to_f64();
-                qz += weight * fields.qz[k].to_f64();
+            self.around(at.x, at.z, |i, j, weight| {
+                let [x, z] = self.core.discharge(i, j);
+                h += weight * self.core.depth(i, j);
+                qx += weight * x;
+                qz += weight * z;
             });
-            if h > self.core.film() {
+            if h > self.core.dry() {
                 DVec3::new(qx / h, 0.0, qz / h)
             } else {
                 DVec3::ZERO
@@ -170,17 +169,25 @@ mod coupled {
         }
     }
 
-    impl<T: Real> Columns for CoreColumns<'_, T> {
+    impl<E: Exchange + Sync> Columns for CoreColumns<'_, E> {
         fn spec(&self) -> GridSpec {
             *self.spec
         }
 
         fn add_depth(&mut self, i: usize, j: usize, height: f64) -> f64 {
-            self.core.add_depth(i, j, height)
+            let added = self.core.add_depth(i, j, height);
+            if added < 0.0 && self.core.depth(i, j) <= self.core.dry() {
+                // A column without water holds no momentum.
+                let left = self.core.discharge(i, j);
+                self.core.add_discharge(i, j, left.map(|q| -q));
+            }
+            added
         }
 
         fn add_discharge(&mut self, i: usize, j: usize, discharge: [f64; 2]) {
-            self.core.add_discharge(i, j, discharge);
+            if self.core.depth(i, j) > self.core.dry() {
+                self.core.add_discharge(i, j, discharge);
+            }
         }
     }
 }
@@ -188,8 +195,7 @@ mod coupled {
 /// What is left of bodies in a build without them.
 #[cfg(not(feature = "bodies"))]
 mod left_out {
-    use super::super::finite_volume::FiniteVolume;
-    use super::super::real::Real;
+    use super::super::exchange::Exchange;
     use crate::events::{Action, EventError};
     use crate::frame::BodyPose;
     use crate::grid::GridSpec;
@@ -202,9 +208,9 @@ mod left_out {
         pub(crate) fn largest_step(&self, _: f64) -> f64 {
             f64::INFINITY
         }
-        pub(crate) fn follow<T: Real>(
+        pub(crate) fn follow<E: Exchange + Sync>(
             &mut self,
-            _: &mut FiniteVolume<T>,
+            _: &mut E,
             _: &GridSpec,
             _: f64,
             _: f64,

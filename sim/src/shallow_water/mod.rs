@@ -6,6 +6,7 @@ mod boundary;
 pub mod cases;
 mod checkpoint;
 mod edges;
+pub(crate) mod exchange;
 mod finite_volume;
 mod floats;
 mod from_scene;

@@ -138,8 +138,7 @@ impl ShallowWater {
 
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        let checkpoint =
-            each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        let checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
         #[cfg(feature = "bodies")]
         let checkpoint = Checkpoint {
             bodies: self.floats.checkpoint(),
@@ -293,7 +292,8 @@ impl Solver for ShallowWater {
             match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
                     let (time, spec) = (self.time, self.spec);
-                    each!(&mut self.core, c => self.floats.follow(c, &spec, time, step)).map_err(StepError::from)?;
+                    each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
+                        .map_err(StepError::from)?;
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };

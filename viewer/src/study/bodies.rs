@@ -105,7 +105,11 @@ fn coupled(scene: &Scene, duration: f64, dt: f64, probe: &mut Probe) -> anyhow::
     let mut heights = Vec::new();
     for _ in 0..(duration / dt).round() as u32 {
         probe.time(|| solver.advance(dt as f32))?;
-        heights.push(solver.bodies().map_or(0.0, |b| f64::from(b.poses()[0].position.y)));
+        heights.push(
+            solver
+                .bodies()
+                .map_or(0.0, |b| f64::from(b.poses()[0].position.y)),
+        );
     }
     let elevations = solver.elevations();
     Ok(Followed {
@@ -186,7 +190,11 @@ fn drafts(quick: bool) -> anyhow::Result<Case> {
         height: 0.2,
         density: DENSITY,
     });
-    let cells: &[f64] = if quick { &[1.0, 2.0, 4.0] } else { &[0.5, 1.0, 2.0, 4.0, 8.0] };
+    let cells: &[f64] = if quick {
+        &[1.0, 2.0, 4.0]
+    } else {
+        &[0.5, 1.0, 2.0, 4.0, 8.0]
+    };
     let judge = |f: &Followed| {
         let draft = f.level - f.heights.last().copied().unwrap_or(f64::NAN) + 0.3;
         Outcome::of(DRAFT, (draft / (0.6 * DENSITY / 1000.0) - 1.0).abs())
@@ -222,7 +230,11 @@ fn bobbing_box(quick: bool) -> anyhow::Result<Case> {
         height: 0.05,
         density: 500.0,
     });
-    let cells: &[f64] = if quick { &[1.0, 2.0, 4.0] } else { &[0.5, 1.0, 2.0, 4.0, 8.0] };
+    let cells: &[f64] = if quick {
+        &[1.0, 2.0, 4.0]
+    } else {
+        &[0.5, 1.0, 2.0, 4.0, 8.0]
+    };
     Ok(Case {
         name: "bobbing box",
         truth: "A box of 1 m × 0.6 m × 1 m and 500 kg/m³, let go 0.05 m above its rest in open water 4 m deep. Its period is \
@@ -264,7 +276,11 @@ fn sphere(quick: bool) -> anyhow::Result<Case> {
         height: 0.03,
         density: 500.0,
     });
-    let cells: &[f64] = if quick { &[1.0, 2.0, 3.0] } else { &[0.5, 1.0, 2.0, 3.0, 6.0] };
+    let cells: &[f64] = if quick {
+        &[1.0, 2.0, 3.0]
+    } else {
+        &[0.5, 1.0, 2.0, 3.0, 6.0]
+    };
     Ok(Case {
         name: "bobbing sphere",
         truth: "A sphere of 0.3 m that floats half submerged in 0.9 m of water, let go 0.03 m above its rest: the benchmark of \

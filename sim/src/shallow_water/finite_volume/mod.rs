@@ -1,5 +1,6 @@
 //! Well-balanced MUSCL-Hancock finite volumes: the grid in tiles, tiles in bands, bands over threads.
 
+mod exchange;
 mod kernels;
 mod tile;
 
@@ -120,51 +121,6 @@ impl<T: Real> FiniteVolume<T> {
             tile.awake = true;
         }
         &mut self.now
-    }
-
-    /// Adds a whole number of quanta nearest to `height` metres to a column, or takes them away as far as they are there;
-    /// returns the height exchanged. The column keeps its momentum.
-    pub(crate) fn add_depth(&mut self, i: usize, j: usize, height: f64) -> f64 {
-        let at = self.layout.at(i, j);
-        let deeper = self.now.h[at].to_f64() + height;
-        if deeper >= self.quantum.depth_limit::<T>() {
-            self.coarsen(deeper);
-        }
-        let depth = self.now.h[at].to_f64();
-        let exchanged = self.quantum.round(height).max(-depth);
-        if exchanged != 0.0 {
-            self.now.h[at] = T::from_f64(depth + exchanged);
-            if depth + exchanged <= self.dry() {
-                self.now.qx[at] = T::ZERO;
-                self.now.qz[at] = T::ZERO;
-            }
-            self.wake_at(i, j);
-        }
-        exchanged
-    }
-
-    /// Adds momentum per area and density, m²/s, to a column that holds water.
-    pub(crate) fn add_discharge(&mut self, i: usize, j: usize, discharge: [f64; 2]) {
-        let at = self.layout.at(i, j);
-        if self.now.h[at].to_f64() > self.dry() {
-            self.now.qx[at] = T::from_f64(self.now.qx[at].to_f64() + discharge[0]);
-            self.now.qz[at] = T::from_f64(self.now.qz[at].to_f64() + discharge[1]);
-            self.wake_at(i, j);
-        }
-    }
-
-    /// Wakes the tile that holds a cell and those beside it, which exchange water with it.
-    fn wake_at(&mut self, i: usize, j: usize) {
-        let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
-        // The part of a length that holds an index; see `part`.
-        let holds = |k: usize, length: usize, count: usize| ((k + 1) * count - 1) / length;
-        let (ti, tj) = (holds(i, self.layout.nx, w), holds(j, self.layout.nz, h));
-        for dj in [h - 1, 0, 1] {
-            for di in [w - 1, 0, 1] {
-                // Around the edges too: they may be periodic, and waking too many is no error.
-                self.tiles[(tj + dj) % h * w + (ti + di) % w].awake = true;
-            }
-        }
     }
 
     pub(crate) fn bed(&self) -> &[T] {
@@ -395,14 +351,6 @@ impl<T: Real> FiniteVolume<T> {
             };
             tile.awake = at_driven_edge
                 || beside(j, h, wraps[1]).any(|j| beside(i, w, wraps[0]).any(|i| alive[j * w + i]));
-        }
-    }
-
-    /// Coarsens the quantum where water `rise` deeper than the deepest would outgrow it.
-    pub(crate) fn make_room(&mut self, rise: f64) {
-        let deepest = self.deepest() + rise;
-        if deepest >= self.quantum.depth_limit::<T>() {
-            self.coarsen(deepest);
         }
     }
 
