@@ -36,17 +36,17 @@ struct Difference<T> {
 
 /// Limited half differences of a cell between two neighbours; none where it is dry or its bed breaks.
 ///
-/// Where the bed bends within a cell by as much as half the depth, faces see another depth than the middle does. A
-/// slope of the surface would then push, and a slope of the velocity would then carry, more water in the half step than
-/// the faces let through: waves in hollows would gain energy, puddles would shoot off. There the scheme is of first
-/// order, whose hydrostatic reconstruction loses energy (Audusse et al. 2004, theorem 2.1). Even slopes, however steep
-/// and however thin the water, keep their second order, and films run down them as fast as they should.
+/// Where the bed bends within a cell by as much as four fifths of the depth, faces see another depth than the middle
+/// does. A slope of the surface would then push, and a slope of the velocity would then carry, more water in the half
+/// step than the faces let through: waves in hollows would gain energy, puddles would shoot off. There the scheme is of
+/// first order, whose hydrostatic reconstruction loses energy (Audusse et al. 2004, theorem 2.1). Even slopes, however
+/// steep and however thin the water, keep their second order, and films run down them as fast as they should.
 #[inline(always)]
 fn differences<T: Real>(k: &Constants<T>, from: Cell<T>, here: Cell<T>, to: Cell<T>) -> Difference<T> {
     let (h1, h2) = (here.h - from.h, to.h - here.h);
     let (z1, z2) = (here.z - from.z, to.z - here.z);
     let bend = (z2 - z1).abs();
-    let smooth = here.h > (bend + bend).larger(k.dry);
+    let smooth = here.h > (bend + T::QUARTER * bend).larger(k.dry);
     let gate = |slope: T| if smooth { slope } else { T::ZERO };
     Difference {
         h: gate(limited_half(h1, h2)),
