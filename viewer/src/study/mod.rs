@@ -24,6 +24,7 @@ mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+mod shallow_water;
 mod stability;
 mod truth;
 mod wave_equation;
@@ -130,6 +131,7 @@ pub fn all() -> Vec<&'static dyn Study> {
         #[cfg(all(feature = "bodies", feature = "shallow-water"))]
         &bodies::BodiesStudy,
         &wave_equation::WaveEquationStudy,
+        &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
         &stability::StabilityStudy,
