@@ -72,6 +72,7 @@ pub(crate) fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
         vertical_fov: 0.9,
         size,
         samples: 1,
+        pass: 0,
     }
 }
 
