@@ -86,6 +86,24 @@ impl Scene {
     }
 }
 
+impl SceneError {
+    /// A problem of the value at `key` that only the use of the scene revealed, such as one of a solver: told with the
+    /// line of the scene file `file` or with the override that the value came from, as far as they can be found.
+    pub fn of_key(file: &Path, overrides: &[String], key: &str, message: &str, remedy: &str) -> Self {
+        let mut report = Report::new(file, overrides);
+        let root = read_text(file, MAX_BYTES).ok().and_then(|text| Node::parse(&text, file).ok());
+        if let Some(mut root) = root {
+            for (k, text) in overrides.iter().enumerate() {
+                // The scene was loaded with them once; one that fails now only costs its mention.
+                let _ = root.apply(text, k);
+            }
+            report.set_document(root);
+        }
+        report.at(key, message, remedy);
+        report.into_error()
+    }
+}
+
 impl Description {
     /// Reads and checks the text of a scene file without reading the files that it names. `file_name` is for messages.
     ///

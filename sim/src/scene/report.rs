@@ -121,7 +121,7 @@ impl Report {
         self.problems.iter_mut().for_each(|p| p.line = None);
     }
 
-    /// The result if nothing was wrong, else the problems: those of the scene file first, in order of line.
+    /// The result if nothing was wrong, else the problems.
     ///
     /// # Errors
     /// [`SceneError`] if there is any problem.
@@ -137,6 +137,11 @@ impl Report {
             }
             _ => {}
         }
+        Err(self.into_error())
+    }
+
+    /// The problems: those of the scene file first, in order of line.
+    pub(crate) fn into_error(mut self) -> SceneError {
         let scene = self.file.clone();
         self.problems
             .sort_by_key(|p| (p.file != scene, p.file.clone(), p.line.unwrap_or(u32::MAX)));
@@ -149,8 +154,8 @@ impl Report {
                 remedy: "correct those above first".into(),
             });
         }
-        Err(SceneError {
+        SceneError {
             problems: self.problems,
-        })
+        }
     }
 }
