@@ -315,7 +315,8 @@ fn record_until_killed() {
     let mut out = std::io::stdout().lock();
     for k in 0..u64::MAX {
         writer.push(&numbered(&frames, k), Some(report(k))).unwrap();
-        out.write_all(format!("handed over {}\n", k + 1).as_bytes()).unwrap();
+        out.write_all(format!("handed over {}\n", k + 1).as_bytes())
+            .unwrap();
         out.flush().unwrap();
     }
 }

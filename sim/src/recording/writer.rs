@@ -389,8 +389,8 @@ impl Output {
         time: f64,
         encoded: Result<Encoded, String>,
     ) -> Result<(), RecordingError> {
-        let encoded =
-            encoded.map_err(|reason| RecordingError::io(&self.path, "write", std::io::Error::other(reason)))?;
+        let encoded = encoded
+            .map_err(|reason| RecordingError::io(&self.path, "write", std::io::Error::other(reason)))?;
         let offset = self.length;
         self.put(bytes)?;
         self.entries.push((offset, time));

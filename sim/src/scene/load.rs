@@ -91,7 +91,9 @@ impl SceneError {
     /// line of the scene file `file` or with the override that the value came from, as far as they can be found.
     pub fn of_key(file: &Path, overrides: &[String], key: &str, message: &str, remedy: &str) -> Self {
         let mut report = Report::new(file, overrides);
-        let root = read_text(file, MAX_BYTES).ok().and_then(|text| Node::parse(&text, file).ok());
+        let root = read_text(file, MAX_BYTES)
+            .ok()
+            .and_then(|text| Node::parse(&text, file).ok());
         if let Some(mut root) = root {
             for (k, text) in overrides.iter().enumerate() {
                 // The scene was loaded with them once; one that fails now only costs its mention.

@@ -63,7 +63,9 @@ fn recordings_of_a_lively_sea_are_small_and_exact() {
     let verdicts = verdicts(&recording::RecordingStudy, |case, run| {
         case.name == "lively sea"
             && ["read", "write"].contains(&run.method)
-            && [0.0, 1e-4].iter().any(|t| run.parameters["tolerance"].as_f64() == Some(*t))
+            && [0.0, 1e-4]
+                .iter()
+                .any(|t| run.parameters["tolerance"].as_f64() == Some(*t))
     });
     hold(&verdicts, 5);
 }

@@ -236,7 +236,10 @@ fn problems_of_every_solver_are_told_with_their_line() {
             r#"initial = { kind = "disturbance", position = [1.0, 1.0], radius = 0.2, height = 0.03 }"#,
             r#"initial = { kind = "still" }"#,
         )
-        .replace("kind = \"wave-equation\"\nspacing = 0.0625", "kind = \"procedural\"\nspacing = 0.0625");
+        .replace(
+            "kind = \"wave-equation\"\nspacing = 0.0625",
+            "kind = \"procedural\"\nspacing = 0.0625",
+        );
     let waves = |first: &str, second: &str| {
         let list = format!(
             "\n\n[[solver.wave]]\namplitude = 0.05\nwavelength = {first}\n\n\
@@ -247,8 +250,16 @@ fn problems_of_every_solver_are_told_with_their_line() {
     let shallow = SCENE.replace("\"wave-equation\"", "\"shallow-water\"");
     let bodiless = shallow.replace("[terrain]\nkind = \"flat\"\nheight = -0.25\n", "");
     for (name, scene, parts) in [
-        ("a wave too short for the grid", waves("0.1", "0.01"), &["scene.toml:21: solver.wave.0.wavelength:", "0.1"][..]),
-        ("waves that fold over", waves("2.0", "0.2"), &["solver.wave:", "steepness"]),
+        (
+            "a wave too short for the grid",
+            waves("0.1", "0.01"),
+            &["scene.toml:21: solver.wave.0.wavelength:", "0.1"][..],
+        ),
+        (
+            "waves that fold over",
+            waves("2.0", "0.2"),
+            &["solver.wave:", "steepness"],
+        ),
         (
             "waves that start from something",
             SCENE.replace("\"wave-equation\"", "\"procedural\""),
@@ -270,7 +281,15 @@ fn problems_of_a_solver_name_the_override_that_made_them() {
     for command in SCENE_COMMANDS {
         let mut args = with_input(command, "scene.toml");
         args.extend(["--set", "solver.step=0.09"]);
-        refuses(&folder, &args, &["scene.toml: solver.step:", "limit of 2.82", "`--set solver.step=0.09`"]);
+        refuses(
+            &folder,
+            &args,
+            &[
+                "scene.toml: solver.step:",
+                "limit of 2.82",
+                "`--set solver.step=0.09`",
+            ],
+        );
     }
 }
 

@@ -26,7 +26,10 @@ fn names(path: &Path) -> Vec<String> {
 fn a_file_in_place_of_the_output_folder_is_told_before_the_work() {
     let folder = Folder::new();
     folder.write("taken", "a file");
-    for args in [&["demo", "--out", "taken"][..], &["study", "wave-equation", "-o", "taken"]] {
+    for args in [
+        &["demo", "--out", "taken"][..],
+        &["study", "wave-equation", "-o", "taken"],
+    ] {
         folder.run(args).exits(1).error_says(&["taken"]).silent();
     }
     assert_eq!(folder.read("taken"), b"a file");
@@ -57,13 +60,20 @@ fn a_demo_that_is_interrupted_keeps_its_frames() {
     let told = String::from_utf8(folder.read("told.txt")).unwrap();
     assert!(told.contains("error: interrupted; "), "{told}");
     let info = folder.run(["info", "demo/valley.mrec", "--json"]).exits(0).json();
-    assert!(info["frames"].as_u64().unwrap() >= 1 && info["closed"] == true, "{info}");
+    assert!(
+        info["frames"].as_u64().unwrap() >= 1 && info["closed"] == true,
+        "{info}"
+    );
 }
 
 #[test]
 fn a_study_that_is_interrupted_writes_what_it_has() {
     let folder = Folder::new();
-    let child = start(&folder, &["study", "stability", "--quick", "-o", "results"], "told.txt");
+    let child = start(
+        &folder,
+        &["study", "stability", "--quick", "-o", "results"],
+        "told.txt",
+    );
     wait_for_length(&folder.path("told.txt"), 1);
     child.signal("INT");
     child.end().exits(130);
@@ -81,12 +91,19 @@ fn a_study_on_a_full_disk_says_so() {
         return;
     };
     // Interrupted at once, so that it has little to measure and writes.
-    let child = start(&folder, &["study", "stability", "--quick", "-o", "disk"], "told.txt");
+    let child = start(
+        &folder,
+        &["study", "stability", "--quick", "-o", "disk"],
+        "told.txt",
+    );
     wait_for_length(&folder.path("told.txt"), 1);
     child.signal("INT");
     child.end().exits(1).silent();
     let told = String::from_utf8(folder.read("told.txt")).unwrap();
-    let error = told.lines().find(|line| line.starts_with("error: ")).unwrap_or_default();
+    let error = told
+        .lines()
+        .find(|line| line.starts_with("error: "))
+        .unwrap_or_default();
     assert!(
         error.contains("disk/") && error.contains("No space left on device"),
         "{told}"
@@ -96,7 +113,10 @@ fn a_study_on_a_full_disk_says_so() {
 #[test]
 fn an_export_that_is_interrupted_leaves_only_whole_files() {
     let folder = Folder::new();
-    folder.write("scene.toml", SCENE.replace("duration = 0.5", "duration = 100000.0"));
+    folder.write(
+        "scene.toml",
+        SCENE.replace("duration = 0.5", "duration = 100000.0"),
+    );
     let child = folder.start(["record", "scene.toml", "-o", "run.mrec", "--quiet"]);
     wait_for_length(&folder.path("run.mrec"), 2_000_000);
     child.signal("INT");
@@ -104,11 +124,22 @@ fn an_export_that_is_interrupted_leaves_only_whole_files() {
     std::fs::create_dir(folder.path("out")).unwrap();
     let args = ["export", "run.mrec", "--format", "obj", "-o", "out/wave.obj"];
     let child = start(&folder, &args, "told.txt");
-    wait_until("the first files are there", || names(&folder.path("out")).len() > 3);
+    wait_until("the first files are there", || {
+        names(&folder.path("out")).len() > 3
+    });
     child.signal("INT");
     child.end().exits(130).silent();
     let told = String::from_utf8(folder.read("told.txt")).unwrap();
-    assert!(told.contains("error: interrupted; ") && told.contains("whole"), "{told}");
+    assert!(
+        told.contains("error: interrupted; ") && told.contains("whole"),
+        "{told}"
+    );
     let left = names(&folder.path("out"));
-    assert!(!left.is_empty() && left.iter().all(|name| name.ends_with(".obj") && !name.starts_with('.')), "{left:?}");
+    assert!(
+        !left.is_empty()
+            && left
+                .iter()
+                .all(|name| name.ends_with(".obj") && !name.starts_with('.')),
+        "{left:?}"
+    );
 }

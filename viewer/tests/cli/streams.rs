@@ -66,7 +66,9 @@ fn a_full_standard_output_is_an_error() {
         &["study", "--list"],
     ];
     // Help and version are written by the parser of the command line.
-    let results = RESULTS.into_iter().filter(|args| args.len() > 1 || args[0] == "renderers");
+    let results = RESULTS
+        .into_iter()
+        .filter(|args| args.len() > 1 || args[0] == "renderers");
     for args in results.filter(|args| args[0] != "help").chain(more) {
         let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
         let mut command = folder.command(args);
