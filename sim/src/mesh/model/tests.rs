@@ -3,6 +3,7 @@
 use super::*;
 use crate::mesh::DEFAULT_COLOR;
 use crate::mesh::closed::assert_closed;
+use crate::scene::Fault;
 
 /// A tetrahedron with corners at the origin and on the axes; four faces, outwards.
 const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
