@@ -171,8 +171,8 @@ fn narrow_and_odd_grids_agree_with_brute_force() {
     assert!(hits > cast / 4, "the rays do not test much: {hits} of {cast}");
 }
 
-/// Over dry cells the water's surface is the ground's. A ray must meet both in the very same point there, or a renderer
-/// would draw specks of water on land; where the water stands higher it must be met first.
+/// Over dry cells the water's surface is the ground's. A ray must meet both in the same cell and, to the rounding of its
+/// length, in the same point; where the water stands higher it must be met first.
 #[test]
 fn dry_cells_meet_water_and_ground_in_the_same_point() {
     let mut rng = Rng::new(35, 0);
@@ -212,7 +212,13 @@ fn dry_cells_meet_water_and_ground_in_the_same_point() {
             match is_dry(first.cell) {
                 [true, true, true, true] => {
                     dry += 1;
-                    assert_eq!(Some(first), b, "{ray:?}");
+                    let b = b.unwrap_or_else(|| panic!("{ray:?} meets no ground"));
+                    // Distances are reckoned from where the ray enters the heights of the grid, which differ.
+                    assert!(
+                        (b.t - first.t).abs() <= 4.0 * f64::EPSILON * first.t,
+                        "{ray:?}: {first:?}, {b:?}"
+                    );
+                    assert_eq!((b.cell, b.normal), (first.cell, first.normal), "{ray:?}");
                 }
                 [false, false, false, false] => {
                     wet += 1;

@@ -71,6 +71,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let name = Path::new("scene");
         let mut report = Report::new(name, &[]);
+        report.allow_late_events();
         let checked = describe(&description.to_toml(), name, &[], &mut report);
         report.forget_lines();
         if checked.is_none() {
@@ -114,6 +115,14 @@ impl Description {
     pub fn from_toml(text: &str, file_name: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let mut report = Report::new(file_name, overrides);
         let description = describe(text, file_name, overrides, &mut report);
+        report.finish_with(description)
+    }
+
+    /// As [`Self::from_toml`], from the text in a recording, which may be that of a scene shortened for a trial.
+    pub(crate) fn of_recording(text: &str, name: &Path) -> Result<Self, SceneError> {
+        let mut report = Report::new(name, &[]);
+        report.allow_late_events();
+        let description = describe(text, name, &[], &mut report);
         report.finish_with(description)
     }
 

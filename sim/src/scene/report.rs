@@ -15,6 +15,7 @@ pub(crate) struct Report {
     problems: Vec<Problem>,
     untold: usize,
     unusable: Vec<String>,
+    late_events: bool,
 }
 
 impl Report {
@@ -26,7 +27,19 @@ impl Report {
             problems: Vec::new(),
             untold: 0,
             unusable: Vec::new(),
+            late_events: false,
         }
+    }
+
+    /// Events after the end are no problem: the scene may be one that was shortened for a trial.
+    pub(crate) fn allow_late_events(&mut self) {
+        self.late_events = true;
+    }
+
+    /// Whether events after the end are no problem: whoever shortens a scene by `--set duration` need not take its later
+    /// events out.
+    pub(crate) fn allows_late_events(&self) -> bool {
+        self.late_events || matches!(self.origin("duration"), Some(Origin::Override(_)))
     }
 
     /// From now on key paths are looked up in this tree.

@@ -265,7 +265,11 @@ fn problems_of_every_solver_are_told_with_their_line() {
             SCENE.replace("\"wave-equation\"", "\"procedural\""),
             &["scene.toml:9: water.initial:", "procedural"],
         ),
-        ("shallow water without ground", bodiless, &["terrain:", "ground"]),
+        (
+            "shallow water without ground",
+            bodiless,
+            &["scene.toml:13: solver.kind:", "ground"],
+        ),
     ] {
         let folder = Folder::new();
         folder.write("scene.toml", scene);
