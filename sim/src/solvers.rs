@@ -65,7 +65,7 @@ pub enum BuildError {
     /// The scene holds a value that this solver cannot work with.
     #[error("{key}: {message}; {remedy}")]
     Impossible {
-        /// The key of the scene file.
+        /// The key path in the scene file, such as `solver.wave.0.steepness`.
         key: String,
         /// What is wrong, with the value.
         message: String,

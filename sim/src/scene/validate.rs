@@ -3,7 +3,6 @@
 use super::description::{
     Description, Edge, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
 };
-use super::document::Origin;
 use super::report::Report;
 use crate::grid::{Grid, GridSpec};
 use glam::Vec2;
@@ -212,9 +211,7 @@ fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
             "write an end after the start",
         );
     }
-    // Whoever shortens a scene for a trial by `--set duration` need not take its later events out.
-    let shortened = matches!(report.origin("duration"), Some(Origin::Override(_)));
-    if start > d.duration && !shortened && report.usable(&["duration", &at(key)]) {
+    if start > d.duration && !report.allows_late_events() && report.usable(&["duration", &at(key)]) {
         let message = format!("{start} s is after the scene's duration of {} s", d.duration);
         report.at(&at(key), message, "move the event or lengthen `duration`");
     }

@@ -161,8 +161,8 @@ impl<'a> Job<'a> {
         input: Input,
         renderer: Box<dyn Renderer>,
     ) -> Result<Self, Failure> {
-        let frames =
-            Frames::new(input, renderer.as_ref()).map_err(|failure| failure.in_scene(&args.input))?;
+        let frames = Frames::new(input, renderer.as_ref())
+            .map_err(|failure| failure.in_scene(&args.input, &args.overrides.set))?;
         let scene = frames.scene();
         let camera = args.camera.as_deref();
         let size = args.size;

@@ -23,6 +23,8 @@ mod schedule;
 #[cfg(test)]
 mod selftest;
 mod stability;
+#[cfg(test)]
+mod subset;
 mod truth;
 mod wave_equation;
 
@@ -170,6 +172,9 @@ pub fn run_with(
     }
     if options.out.is_none() && !options.json && !options.check {
         return Err(StudyError::NoOutput.into());
+    }
+    if let Some(dir) = &options.out {
+        report::prepare(dir)?;
     }
     let mut reports = Vec::new();
     for study in chosen {
