@@ -314,6 +314,14 @@ impl Draw {
                 manning: self.number(0.0, 10.0),
                 courant: self.option(|d| d.number(0.01, 0.99)),
                 film_depth: self.option(Self::length),
+                splash: self.option(|d| Splash {
+                    droplets: d.flip(),
+                    foam: d.flip(),
+                    slope: d.number(0.001, 100.0),
+                    amount: d.number(0.0, 1.0),
+                    droplet_radius: d.option(|d| d.number(1e-6, 1e4)),
+                    foam_life: d.number(1e-6, 1e9),
+                }),
             }),
         }
     }

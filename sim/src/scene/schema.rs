@@ -309,8 +309,18 @@ const SOLVER: &[Variant] = &[
                 ),
             ),
             optional("film_depth", Number(Length, Range::new(1e-12, FAR))),
+            optional("splash", Table(SPLASH)),
         ],
     ),
+];
+
+const SPLASH: &[Key] = &[
+    optional("droplets", Boolean),
+    optional("foam", Boolean),
+    optional("slope", Number(Bare, Range::new(1e-3, 100.0))),
+    optional("amount", Number(Bare, SHARE)),
+    optional("droplet_radius", Number(Length, Range::new(1e-6, 1e4))),
+    optional("foam_life", Number(Time, POSITIVE)),
 ];
 
 const WAVE: &[Key] = &[

@@ -2,6 +2,7 @@
 
 use super::settings::{DEFAULT_COURANT, Initial, Precision, Settings, SetupError, position};
 use super::solver::ShallowWater;
+use super::splash::SplashSettings;
 use crate::scene::Scene;
 use crate::scene::description::{self, ShallowWaterScheme};
 use crate::solvers::{BuildError, name_of};
@@ -26,6 +27,18 @@ impl ShallowWater {
             film_depth: parameters.film_depth.map(f64::from),
             edges: (&scene.description.boundary).into(),
             level: Some(f64::from(scene.description.water.level)),
+            splash: parameters.splash.as_ref().map(|s| SplashSettings {
+                slope: f64::from(s.slope),
+                amount: f64::from(s.amount),
+                droplet_radius: s.droplet_radius.map(f64::from),
+                max_droplets: if s.droplets {
+                    SplashSettings::default().max_droplets
+                } else {
+                    0
+                },
+                foam_life: s.foam.then_some(f64::from(s.foam_life)),
+                seed: scene.description.seed,
+            }),
             ..Settings::default()
         };
         match parameters.scheme {

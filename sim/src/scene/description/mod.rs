@@ -21,7 +21,7 @@ pub use ground::{Coordinates, GroundLook, Terrain};
 pub use light::{Light, Sky, Sun};
 pub use object::{Motion, Object, Shape, WayPoint};
 pub use procedural::{Procedural, Wave};
-pub use shallow_water::{ShallowWater, ShallowWaterScheme};
+pub use shallow_water::{ShallowWater, ShallowWaterScheme, Splash};
 pub use solver::Solver;
 pub use water::{Initial, Water};
 pub use wave_equation::{WaveEquation, WaveScheme};
