@@ -408,7 +408,7 @@ impl Draw {
 
     fn event(&mut self) -> Event {
         let (time, position, radius) = (self.wide(0.0, 1e3), self.vec2(), self.length());
-        match self.below(5) {
+        match self.below(6) {
             0 => Event::Drop {
                 time,
                 position,
@@ -434,6 +434,13 @@ impl Draw {
                 to: self.vec2(),
                 radius,
                 rate: self.number(-1e6, 1e6),
+            },
+            4 => Event::Inflow {
+                start: time,
+                end: self.option(|d| time + d.wide(1.0, 9.0)),
+                position,
+                radius,
+                flow: self.number(-1e3, 1e3),
             },
             _ => Event::Rain {
                 start: time,

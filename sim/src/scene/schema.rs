@@ -124,7 +124,7 @@ use Kind::{
     Text, Vector, Wide, WideVector,
 };
 use Quantity::{
-    Angle, Density, Exposure, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
+    Angle, Density, Exposure, Flow, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
 };
 
 /// Bound of every length. Its square is far from the limits of single precision.
@@ -451,6 +451,16 @@ const EVENT: &[Variant] = &[
             required("to", POINT),
             required("radius", POSITIVE_LENGTH),
             required("rate", Number(Speed, Range::new(-1e6, 1e6))),
+        ],
+    ),
+    variant(
+        "inflow",
+        &[
+            optional("start", TIME),
+            optional("end", TIME),
+            required("position", POINT),
+            required("radius", POSITIVE_LENGTH),
+            required("flow", Number(Flow, ANYWHERE)),
         ],
     ),
     variant(

@@ -200,7 +200,7 @@ fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
             ("time", time, None)
         }
         Event::Sweep { start, end, .. } => ("start", start, Some(end)),
-        Event::Rain { start, end, .. } => ("start", start, end),
+        Event::Rain { start, end, .. } | Event::Inflow { start, end, .. } => ("start", start, end),
     };
     if let Some(end) = end
         && end <= start
@@ -241,7 +241,8 @@ pub(super) fn places(d: &Description, grid: &GridSpec, report: &mut Report) {
         match *event {
             Event::Drop { position, radius, .. }
             | Event::Press { position, radius, .. }
-            | Event::Push { position, radius, .. } => {
+            | Event::Push { position, radius, .. }
+            | Event::Inflow { position, radius, .. } => {
                 check(&at, "position", position - radius, position + radius)
             }
             Event::Sweep { from, to, radius, .. } => {
