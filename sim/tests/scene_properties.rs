@@ -334,6 +334,7 @@ impl Draw {
         };
         let ((x_min, x_max), (z_min, z_max)) = (pair(), pair());
         Boundary {
+            drives: Vec::new(),
             x_min,
             x_max,
             z_min,

@@ -338,6 +338,45 @@ const BOUNDARY: &[Key] = &[
     optional("x_max", EDGE),
     optional("z_min", EDGE),
     optional("z_max", EDGE),
+    optional("drive", TaggedTables(DRIVE)),
+];
+
+const EDGE_NAME: Kind = Choice(&["x_min", "x_max", "z_min", "z_max"]);
+
+const DRIVE: &[Variant] = &[
+    variant(
+        "series",
+        &[
+            required("edge", EDGE_NAME),
+            required("quantity", Choice(&["elevation", "discharge"])),
+            optional("file", File),
+            optional("points", Tables(POINT_IN_TIME)),
+        ],
+    ),
+    variant(
+        "sine",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("period", Number(Time, POSITIVE)),
+        ],
+    ),
+    variant(
+        "solitary",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("depth", POSITIVE_LENGTH),
+            required("time", TIME),
+        ],
+    ),
+];
+
+const NOT_NEGATIVE_LENGTH: Kind = Number(Length, NOT_NEGATIVE);
+
+const POINT_IN_TIME: &[Key] = &[
+    required("time", Wide(Time, ANYWHERE)),
+    required("value", Wide(Bare, ANYWHERE)),
 ];
 
 const OBJECT: &[Key] = &[

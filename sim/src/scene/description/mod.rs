@@ -14,7 +14,7 @@ mod solver;
 mod water;
 mod wave_equation;
 
-pub use boundary::{Boundary, Edge};
+pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
 pub use event::Event;
 pub use ground::{Coordinates, GroundLook, Terrain};
