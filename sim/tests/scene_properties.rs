@@ -314,6 +314,14 @@ impl Draw {
                 manning: self.number(0.0, 10.0),
                 courant: self.option(|d| d.number(0.01, 0.99)),
                 film_depth: self.option(Self::length),
+                splash: self.option(|d| Splash {
+                    droplets: d.flip(),
+                    foam: d.flip(),
+                    slope: d.number(0.001, 100.0),
+                    amount: d.number(0.0, 1.0),
+                    droplet_radius: d.option(|d| d.number(1e-6, 1e4)),
+                    foam_life: d.number(1e-6, 1e9),
+                }),
             }),
         }
     }
@@ -326,6 +334,7 @@ impl Draw {
         };
         let ((x_min, x_max), (z_min, z_max)) = (pair(), pair());
         Boundary {
+            drives: Vec::new(),
             x_min,
             x_max,
             z_min,
@@ -400,7 +409,7 @@ impl Draw {
 
     fn event(&mut self) -> Event {
         let (time, position, radius) = (self.wide(0.0, 1e3), self.vec2(), self.length());
-        match self.below(5) {
+        match self.below(6) {
             0 => Event::Drop {
                 time,
                 position,
@@ -426,6 +435,13 @@ impl Draw {
                 to: self.vec2(),
                 radius,
                 rate: self.number(-1e6, 1e6),
+            },
+            4 => Event::Inflow {
+                start: time,
+                end: self.option(|d| time + d.wide(1.0, 9.0)),
+                position,
+                radius,
+                flow: self.number(-1e3, 1e3),
             },
             _ => Event::Rain {
                 start: time,

@@ -9,6 +9,7 @@ use meniscus_sim::{Frame, Grid, GridSpec, Scene};
 /// A still scene over `spec`: uniform sky of radiance 1, no sun, clear water at level 0, open edges, no ground.
 pub(crate) fn scene(spec: GridSpec) -> Scene {
     let open = Boundary {
+        drives: Vec::new(),
         x_min: Edge::Open,
         x_max: Edge::Open,
         z_min: Edge::Open,

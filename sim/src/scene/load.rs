@@ -4,7 +4,7 @@ use super::description::{Description, Initial, Shape, Sky, Terrain};
 use super::document::Node;
 use super::fault::{Fault, read_text};
 use super::report::Report;
-use super::{Panorama, Problem, Scene, SceneError, check, layout, schema, validate};
+use super::{Panorama, Problem, Scene, SceneError, check, layout, schema, series, validate};
 use crate::grid::{Grid, GridSpec};
 use crate::mesh::{self, TriangleMesh};
 use crate::{npy, terrain};
@@ -248,6 +248,8 @@ fn resolve(description: Description, base_dir: &Path, report: &mut Report) -> Op
             Err(e) => blame(report, "light.sky.file", &path, &e),
         }
     }
+    let mut description = description;
+    series::read(&mut description.boundary.drives, base_dir, report);
     let array = match &description.water.initial {
         Initial::Array { file } if report.usable(&["water.initial"]) => {
             read_elevation(&base_dir.join(file), report)
@@ -441,6 +443,7 @@ fn assemble(
         (None, Some(Terrain::Flat { height })) => Some(terrain::flat(*height, &grid)),
         (terrain, _) => terrain,
     };
+    validate::series_are_there(&description, report);
     validate::ground(&description, terrain.as_ref(), initial_elevation.as_ref(), report);
     Some(Scene {
         description,

@@ -124,7 +124,7 @@ use Kind::{
     Text, Vector, Wide, WideVector,
 };
 use Quantity::{
-    Angle, Density, Exposure, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
+    Angle, Density, Exposure, Flow, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
 };
 
 /// Bound of every length. Its square is far from the limits of single precision.
@@ -309,8 +309,18 @@ const SOLVER: &[Variant] = &[
                 ),
             ),
             optional("film_depth", Number(Length, Range::new(1e-12, FAR))),
+            optional("splash", Table(SPLASH)),
         ],
     ),
+];
+
+const SPLASH: &[Key] = &[
+    optional("droplets", Boolean),
+    optional("foam", Boolean),
+    optional("slope", Number(Bare, Range::new(1e-3, 100.0))),
+    optional("amount", Number(Bare, SHARE)),
+    optional("droplet_radius", Number(Length, Range::new(1e-6, 1e4))),
+    optional("foam_life", Number(Time, POSITIVE)),
 ];
 
 const WAVE: &[Key] = &[
@@ -328,6 +338,45 @@ const BOUNDARY: &[Key] = &[
     optional("x_max", EDGE),
     optional("z_min", EDGE),
     optional("z_max", EDGE),
+    optional("drive", TaggedTables(DRIVE)),
+];
+
+const EDGE_NAME: Kind = Choice(&["x_min", "x_max", "z_min", "z_max"]);
+
+const DRIVE: &[Variant] = &[
+    variant(
+        "series",
+        &[
+            required("edge", EDGE_NAME),
+            required("quantity", Choice(&["elevation", "discharge"])),
+            optional("file", File),
+            optional("points", Tables(POINT_IN_TIME)),
+        ],
+    ),
+    variant(
+        "sine",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("period", Number(Time, POSITIVE)),
+        ],
+    ),
+    variant(
+        "solitary",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("depth", POSITIVE_LENGTH),
+            required("time", TIME),
+        ],
+    ),
+];
+
+const NOT_NEGATIVE_LENGTH: Kind = Number(Length, NOT_NEGATIVE);
+
+const POINT_IN_TIME: &[Key] = &[
+    required("time", Wide(Time, ANYWHERE)),
+    required("value", Wide(Bare, ANYWHERE)),
 ];
 
 const OBJECT: &[Key] = &[
@@ -441,6 +490,16 @@ const EVENT: &[Variant] = &[
             required("to", POINT),
             required("radius", POSITIVE_LENGTH),
             required("rate", Number(Speed, Range::new(-1e6, 1e6))),
+        ],
+    ),
+    variant(
+        "inflow",
+        &[
+            optional("start", TIME),
+            optional("end", TIME),
+            required("position", POINT),
+            required("radius", POSITIVE_LENGTH),
+            required("flow", Number(Flow, ANYWHERE)),
         ],
     ),
     variant(

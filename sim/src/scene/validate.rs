@@ -1,7 +1,7 @@
 //! What the values of a scene have to do with each other.
 
 use super::description::{
-    Description, Edge, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
+    Description, Edge, EdgeName, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
 };
 use super::report::Report;
 use crate::grid::{Grid, GridSpec};
@@ -17,6 +17,7 @@ const MAX_OBJECTS: usize = 1000;
 /// Reports what can be told without any other file.
 pub(super) fn description(d: &Description, report: &mut Report) {
     edges(d, report);
+    drives(d, report);
     initial(d, report);
     if let Solver::Procedural(p) = &d.solver {
         waves(p, report);
@@ -84,6 +85,87 @@ fn edges(d: &Description, report: &mut Report) {
             };
             let message = format!("this edge is periodic, but {partner} is not");
             report.unusable(&key, message, "make both edges of an axis periodic or neither");
+        }
+    }
+}
+
+/// Edges that are driven, and how.
+fn drives(d: &Description, report: &mut Report) {
+    let b = &d.boundary;
+    let mut seen = Vec::new();
+    for (k, drive) in b.drives.iter().enumerate() {
+        let at = format!("boundary.drive.{k}");
+        if !report.usable(&[&at]) {
+            continue;
+        }
+        if !matches!(d.solver, Solver::ShallowWater(_)) && report.usable(&["solver"]) {
+            report.at(
+                &at,
+                "only shallow water can be driven at an edge",
+                "use solver.kind = \"shallow-water\", or remove the drive",
+            );
+        }
+        let edge = drive.edge();
+        let (name, behaviour) = match edge {
+            EdgeName::XMin => ("x_min", b.x_min),
+            EdgeName::XMax => ("x_max", b.x_max),
+            EdgeName::ZMin => ("z_min", b.z_min),
+            EdgeName::ZMax => ("z_max", b.z_max),
+        };
+        if behaviour == Edge::Periodic {
+            report.at(
+                &format!("{at}.edge"),
+                format!("{name} is periodic, so nothing can be driven there"),
+                "drive another edge, or make this one a wall",
+            );
+        }
+        if seen.contains(&edge) {
+            report.at(
+                &format!("{at}.edge"),
+                format!("{name} is driven twice"),
+                "keep one of the drives",
+            );
+        }
+        seen.push(edge);
+        let Some((file, points)) = drive.series() else {
+            continue;
+        };
+        if file.is_some() && !points.is_empty() {
+            report.at(
+                &format!("{at}.points"),
+                "the series is given by a file and by points",
+                "keep one of them",
+            );
+        }
+        if file.is_none() && points.is_empty() {
+            report.unusable(
+                &at,
+                "the drive has no time series",
+                "name a `file`, or list `points = [{ time = 0, value = 1 }]`",
+            );
+        }
+        for (n, pair) in points.windows(2).enumerate() {
+            if pair[1].time <= pair[0].time {
+                report.at(
+                    &format!("{at}.points.{}.time", n + 1),
+                    format!("{} s does not come after {} s", pair[1].time, pair[0].time),
+                    "put points in order of time",
+                );
+            }
+        }
+    }
+}
+
+/// Reports a time series that was to come from a file which was not read.
+pub(super) fn series_are_there(d: &Description, report: &mut Report) {
+    for (k, drive) in d.boundary.drives.iter().enumerate() {
+        let at = format!("boundary.drive.{k}");
+        if drive.series().is_some_and(|(_, points)| points.is_empty()) && report.usable(&[&at]) {
+            report.at(
+                &at,
+                "the time series is missing",
+                "give its points with the description",
+            );
         }
     }
 }
@@ -199,7 +281,7 @@ fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
             ("time", time, None)
         }
         Event::Sweep { start, end, .. } => ("start", start, Some(end)),
-        Event::Rain { start, end, .. } => ("start", start, end),
+        Event::Rain { start, end, .. } | Event::Inflow { start, end, .. } => ("start", start, end),
     };
     if let Some(end) = end
         && end <= start
@@ -238,7 +320,8 @@ pub(super) fn places(d: &Description, grid: &GridSpec, report: &mut Report) {
         match *event {
             Event::Drop { position, radius, .. }
             | Event::Press { position, radius, .. }
-            | Event::Push { position, radius, .. } => {
+            | Event::Push { position, radius, .. }
+            | Event::Inflow { position, radius, .. } => {
                 check(&at, "position", position - radius, position + radius)
             }
             Event::Sweep { from, to, radius, .. } => {

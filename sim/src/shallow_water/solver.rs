@@ -5,6 +5,7 @@ use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
 use super::real::Real;
 use super::settings::{Initial, Precision, Settings, SetupError};
+use super::splash::{Ledger, Splash};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
 use crate::events::{Action, EventError};
@@ -45,9 +46,10 @@ pub struct ShallowWater {
     spec: GridSpec,
     settings: Settings,
     ground: Grid<f32>,
-    core: Core,
+    pub(super) core: Core,
+    pub(super) splash: Option<Splash>,
     /// Still water above datum, m.
-    level: f64,
+    pub(super) level: f64,
     time: f64,
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
@@ -69,6 +71,10 @@ impl ShallowWater {
         };
         Ok(Self {
             spec,
+            splash: settings
+                .splash
+                .clone()
+                .map(|splash| Splash::new(&spec, &settings.edges, splash)),
             level: settings.level.unwrap_or_else(|| each!(&core, c => c.base())),
             settings,
             ground,
@@ -113,9 +119,16 @@ impl ShallowWater {
         each!(&self.core, c => c.film())
     }
 
+    /// What droplets took out of the water or brought into it from elsewhere; all 0 without splashes.
+    pub fn ledger(&self) -> Ledger {
+        self.splash.as_ref().map(Splash::ledger).unwrap_or_default()
+    }
+
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed))
+        let mut checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        checkpoint.splash = self.splash.as_ref().map(Splash::memory);
+        checkpoint
     }
 
     /// Continues from a checkpoint of a solver with the same settings: bit-identical to a run without interruption.
@@ -123,7 +136,15 @@ impl ShallowWater {
     /// # Errors
     /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        match (&self.splash, &checkpoint.splash) {
+            (Some(splash), Some(memory)) => memory.check(splash)?,
+            (None, None) => {}
+            _ => return Err(CheckpointError::Splash),
+        }
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
+            splash.resume(memory);
+        }
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
         Ok(())
@@ -135,7 +156,14 @@ impl ShallowWater {
 
     fn totals(&self) -> Totals {
         let (level, area) = (self.level, self.spec.cell_area());
-        each!(&self.core, c => totals::totals(c, level - c.base(), area))
+        let mut totals = each!(&self.core, c => totals::totals(c, level - c.base(), area));
+        if let Some(splash) = &self.splash {
+            let held = splash.held(level);
+            totals.mass += held.mass;
+            totals.momentum = std::array::from_fn(|a| totals.momentum[a] + held.momentum[a]);
+            totals.energy += held.energy;
+        }
+        totals
     }
 
     fn state_report(&self, speed: f64) -> StepReport {
@@ -224,7 +252,16 @@ impl Solver for ShallowWater {
     }
 
     fn offers(&self) -> Channels {
-        Channels::DEPTH | Channels::VELOCITY
+        let mut channels = Channels::DEPTH | Channels::VELOCITY;
+        if let Some(splash) = &self.splash {
+            if splash.has_droplets() {
+                channels |= Channels::DROPLETS;
+            }
+            if splash.has_foam() {
+                channels |= Channels::FOAM;
+            }
+        }
+        channels
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
@@ -234,6 +271,7 @@ impl Solver for ShallowWater {
         let mut done = 0.0;
         let mut substeps = 0_u64;
         let mut largest = 0.0_f64;
+        let mut clamps = 0_u64;
         let mut speed = match self.speed {
             Some(speed) => speed,
             None => each!(&mut self.core, c => c.probe(start)),
@@ -260,6 +298,13 @@ impl Solver for ShallowWater {
                     self.time = start + done;
                     substeps += 1;
                     retries = 0;
+                    if let Some(splash) = &mut self.splash {
+                        let level = self.level;
+                        clamps += each!(&mut self.core, c => {
+                            let film = c.film();
+                            splash.step(c, film, level, step)
+                        });
+                    }
                 }
                 Err(Refusal::TooFast(faster)) if retries < RETRIES => {
                     speed = faster;
@@ -275,6 +320,7 @@ impl Solver for ShallowWater {
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
+            clamps,
             ..self.state_report(speed)
         })
     }
@@ -283,6 +329,14 @@ impl Solver for ShallowWater {
         out.prepare(self.spec, want & self.offers());
         out.time = self.time;
         each!(&self.core, c => extract(c, &self.ground, out));
+        if let Some(splash) = &self.splash {
+            if let Some(droplets) = &mut out.droplets {
+                splash.show_droplets(droplets);
+            }
+            if let Some(foam) = &mut out.foam {
+                splash.show_foam(foam);
+            }
+        }
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
@@ -299,7 +353,8 @@ impl Solver for ShallowWater {
 
     fn bytes(&self) -> u64 {
         let core = each!(&self.core, c => c.bytes());
-        (core + self.spec.len() * size_of::<f32>()) as u64
+        let splash = self.splash.as_ref().map_or(0, Splash::bytes);
+        (core + splash + self.spec.len() * size_of::<f32>()) as u64
     }
 }
 

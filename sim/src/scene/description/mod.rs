@@ -14,14 +14,14 @@ mod solver;
 mod water;
 mod wave_equation;
 
-pub use boundary::{Boundary, Edge};
+pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
 pub use event::Event;
 pub use ground::{Coordinates, GroundLook, Terrain};
 pub use light::{Light, Sky, Sun};
 pub use object::{Motion, Object, Shape, WayPoint};
 pub use procedural::{Procedural, Wave};
-pub use shallow_water::{ShallowWater, ShallowWaterScheme};
+pub use shallow_water::{ShallowWater, ShallowWaterScheme, Splash};
 pub use solver::Solver;
 pub use water::{Initial, Water};
 pub use wave_equation::{WaveEquation, WaveScheme};
