@@ -9,6 +9,7 @@ pub mod caster;
 pub mod output;
 pub mod renderers;
 pub mod sky;
+mod stage;
 pub mod tonemap;
 pub mod whitted;
 

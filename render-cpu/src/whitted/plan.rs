@@ -1,10 +1,11 @@
 //! What drawing a scene keeps and runs, and what it leaves out (`meniscus plan`).
 
+use super::Settings;
 use super::caustics::Caustics;
-use super::objects::Model;
-use super::surface::{bytes_for, continued_samples};
-use super::{Settings, ground, surroundings};
 use crate::sky::Sky;
+use crate::stage::objects::Model;
+use crate::stage::surface::{bytes_for, continued_samples};
+use crate::stage::{ground, surroundings};
 use glam::{UVec2, Vec3};
 use meniscus_sim::Scene;
 use meniscus_sim::render::PlanItem;

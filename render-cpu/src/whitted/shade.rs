@@ -1,10 +1,10 @@
 //! Matt surfaces: the light that falls on them and what they send back.
 
 use super::caustics;
-use super::light::{DIFFUSE_PATH, Disc};
 use super::trace::{Path, Tracer};
-use super::world::{Hit, Medium, in_plan};
 use crate::caster::Ray;
+use crate::stage::light::{DIFFUSE_PATH, Disc};
+use crate::stage::world::{Hit, Medium, in_plan};
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -111,7 +111,7 @@ impl Tracer<'_> {
             let path = depth / beam.direction.y;
             let strength = beam.irradiance * volume.transmittance(path);
             level += strength * beam.direction.y;
-            let cos = match self.world.caustics.filter(|_| matt.caustics) {
+            let cos = match self.caustics.filter(|_| matt.caustics) {
                 Some(map) => {
                     let share = map.at(in_plan(matt.position).as_vec2());
                     caustics::received(beam.direction, matt.normal, matt.geometric, share)

@@ -1,10 +1,11 @@
 //! The recursion: what a ray brings back.
 
 use super::Settings;
-use super::light::Disc;
+use super::caustics::Caustics;
 use super::shade::Matt;
-use super::world::{Hit, Medium, What, World, in_plan};
 use crate::caster::Ray;
+use crate::stage::light::Disc;
+use crate::stage::world::{Hit, Medium, What, World, in_plan};
 use glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::optics::{fresnel, reflect, refract};
 
@@ -49,10 +50,12 @@ pub(super) struct Interface {
 }
 
 /// Follows the rays of one thread.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Tracer<'a> {
     pub(super) world: &'a World<'a>,
     pub(super) settings: &'a Settings,
+    /// Sunlight that waves focus on the ground, where there is any.
+    pub(super) caustics: Option<&'a Caustics>,
     /// Point of the sun's disc that shadow rays of the present sample aim at.
     pub(super) sun_point: [f32; 2],
     /// Rays cast so far.
