@@ -94,7 +94,7 @@ impl Detailed {
     /// [`BuildError`] if waves are asked for in a build without oceans, or the samples are too coarse for the tile.
     pub fn new(scene: &Scene, how: &Parameters, base: Box<dyn Solver>) -> Result<Self, BuildError> {
         let spec = base.spec();
-        let seed = scene.description.seed ^ 0xde7a_11;
+        let seed = scene.description.seed ^ 0x00de_7a11;
         let (period, lifetime) = (how.period(), how.lifetime());
         if period < 16.0 * f64::from(spec.spacing) {
             return Err(BuildError::impossible(
@@ -143,7 +143,7 @@ impl Detailed {
             slope: Vec2::ZERO,
         };
         for (c, covering) in self.coverings.iter().enumerate() {
-            let carried = self.carried_at(&covering.carried, position);
+            let carried = carried_at(&covering.carried, &self.base.spec(), self.periodic, position);
             let (height, slope) = sample(&tile.heights, self.period, position - carried + self.start(c));
             sum.height += weights[c] * height;
             sum.slope += weights[c] * slope;
@@ -153,7 +153,7 @@ impl Detailed {
 
     /// Where in the tile a covering begins.
     fn start(&self, c: usize) -> Vec2 {
-        let mut rng = Rng::new(self.seed, (c as u64) << 48 | (self.coverings[c].count as u64 & 0xffff_ffff));
+        let mut rng = Rng::new(self.seed, ((c as u64) << 48) | (self.coverings[c].count as u64 & 0xffff_ffff));
         self.period * Vec2::new(rng.uniform_f32(), rng.uniform_f32())
     }
 
@@ -206,40 +206,39 @@ impl Detailed {
                 let Some(velocity) = velocity else { continue };
                 let step = if fresh { (age * lifetime).min(step) } else { step } as f32;
                 let old = std::mem::take(&mut self.coverings[c].carried);
-                let spec = self.base.spec();
+                let (spec, periodic) = (self.base.spec(), self.periodic);
                 let w = spec.width();
                 let mut new = vec![Vec2::ZERO; spec.len()];
                 new.par_chunks_mut(w).enumerate().for_each(|(j, row)| {
                     for (i, out) in row.iter_mut().enumerate() {
                         let way = step * velocity[(i, j)];
-                        *out = way + self.carried_at(&old, spec.position(i, j) - way);
+                        *out = way + carried_at(&old, &spec, periodic, spec.position(i, j) - way);
                     }
                 });
                 self.coverings[c].carried = new;
             }
         }
     }
+}
 
-    /// How far the water at a place has come, bilinear between samples.
-    fn carried_at(&self, carried: &[Vec2], position: Vec2) -> Vec2 {
-        if carried.is_empty() {
-            return Vec2::ZERO;
-        }
-        let spec = self.base.spec();
-        let g = spec.to_grid(position);
-        let cell = g.floor();
-        let f = g - cell;
-        let index = |k: f32, d: i64, n: usize, periodic: bool| {
-            let k = k as i64 + d;
-            (if periodic { k.rem_euclid(n as i64) } else { k.clamp(0, n as i64 - 1) }) as usize
-        };
-        let at = |a: i64, b: i64| {
-            let i = index(cell.x, a, spec.width(), self.periodic.x);
-            let j = index(cell.y, b, spec.height(), self.periodic.y);
-            carried[spec.index(i, j)]
-        };
-        at(0, 0).lerp(at(1, 0), f.x).lerp(at(0, 1).lerp(at(1, 1), f.x), f.y)
+/// How far the water at a place has come, bilinear between samples.
+fn carried_at(carried: &[Vec2], spec: &GridSpec, periodic: BVec2, position: Vec2) -> Vec2 {
+    if carried.is_empty() {
+        return Vec2::ZERO;
     }
+    let g = spec.to_grid(position);
+    let cell = g.floor();
+    let f = g - cell;
+    let index = |k: f32, d: i64, n: usize, periodic: bool| {
+        let k = (k as i64).saturating_add(d);
+        (if periodic { k.rem_euclid(n as i64) } else { k.clamp(0, n as i64 - 1) }) as usize
+    };
+    let at = |a: i64, b: i64| {
+        let i = index(cell.x, a, spec.width(), periodic.x);
+        let j = index(cell.y, b, spec.height(), periodic.y);
+        carried[spec.index(i, j)]
+    };
+    at(0, 0).lerp(at(1, 0), f.x).lerp(at(0, 1).lerp(at(1, 1), f.x), f.y)
 }
 
 /// How many times a covering has begun by `time`, and its age as a share of its lifetime.

@@ -27,7 +27,7 @@ fn gradients(seed: u64, octave: usize, time: i64) -> Vec<Vec3> {
     let n = CELLS << octave;
     (0..n * n)
         .map(|at| {
-            let stream = (octave as u64) << 60 ^ ((time as u64) & 0xffff_ffff) << 24 ^ at as u64;
+            let stream = ((octave as u64) << 60) ^ (((time as u64) & 0xffff_ffff) << 24) ^ at as u64;
             let mut rng = Rng::new(seed, stream);
             let v = Vec3::from_array(std::array::from_fn(|_| rng.normal() as f32));
             v.try_normalize().unwrap_or(Vec3::Y)

@@ -55,7 +55,7 @@ impl Ocean {
             return Err(BuildError::impossible(
                 "solver.depth",
                 format!("a sea of {height:.3} m significant height in {depth} m of water would have broken long ago"),
-                "give more depth or less wind, or use kind = \"tma\", whose waves depth limits",
+                "give more depth or less wind; of the spectra only \"tma\" loses height to the bed",
             ));
         }
         let loop_ticks = how.loop_period.map(|t| (t / TICK).round() as i64);
@@ -107,6 +107,9 @@ impl Ocean {
             foam: how.foam.map(|foam| RefCell::new(Foam::new(foam, loop_period))),
         };
         ocean.warn();
+        // What the check of folding needed is not kept.
+        let fresh = ocean.cascades.iter().map(|c| c.patch.work()).collect();
+        ocean.work.replace(fresh);
         Ok(ocean)
     }
 

