@@ -38,6 +38,8 @@ fn description(name: &str, size: Vec2) -> Description {
             waves: Vec::new(),
         }),
         boundary: Boundary::default(),
+        layers: Vec::new(),
+        detail: None,
         objects: Vec::new(),
         light: Light::default(),
         cameras: Vec::new(),

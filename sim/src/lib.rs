@@ -10,11 +10,13 @@
 //!
 //! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
 
+pub mod detail;
 pub mod events;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod frame;
 pub mod grid;
+pub mod layers;
 pub mod mesh;
 pub mod npy;
 #[cfg(feature = "ocean")]

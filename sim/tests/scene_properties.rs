@@ -188,6 +188,11 @@ impl Draw {
             },
             solver: self.solver(),
             boundary: self.boundary(),
+            layers: self.list(|d, _| Layer {
+                solver: d.solver(),
+                fade_depth: d.number(0.0, 1e9),
+            }),
+            detail: self.option(Self::detail),
             objects: self.list(Self::object),
             light: Light {
                 sun: Some(self.sun()),
@@ -280,7 +285,7 @@ impl Draw {
 
     fn solver(&mut self) -> Solver {
         let spacing = self.length();
-        match self.below(3) {
+        match self.below(4) {
             0 => Solver::WaveEquation(WaveEquation {
                 spacing,
                 scheme: if self.flip() {
@@ -304,6 +309,22 @@ impl Draw {
                     steepness: d.number(0.0, 1.0),
                 }),
             }),
+            2 => Solver::Ocean(Ocean {
+                spacing,
+                depth: self.option(|d| d.wide(1.0, 1e9)),
+                capillary: self.flip(),
+                choppiness: self.wide(0.0, 10.0),
+                loop_period: self.option(|d| d.wide(0.1, 1e6)),
+                seas: self.list(|d, _| d.sea()),
+                cascades: self.list(|d, _| Cascade {
+                    period: d.wide(1.0, 1e9),
+                }),
+                foam: self.option(|d| OceanFoam {
+                    threshold: d.wide(-10.0, 1.0),
+                    growth: d.wide(0.0, 1e3),
+                    fade: d.wide(0.001, 1e3),
+                }),
+            }),
             _ => Solver::ShallowWater(ShallowWater {
                 spacing,
                 scheme: if self.flip() {
@@ -323,6 +344,56 @@ impl Draw {
                     foam_life: d.number(1e-6, 1e9),
                 }),
             }),
+        }
+    }
+
+    fn sea(&mut self) -> Sea {
+        let (wind, height) = (self.wide(0.0, 100.0), self.wide(0.0, 100.0));
+        let (fetch, gamma) = (self.wide(0.0, 1e9), self.wide(1.0, 20.0));
+        Sea {
+            spectrum: match self.below(5) {
+                0 => Spectrum::Phillips { wind, height },
+                1 => Spectrum::PiersonMoskowitz { wind },
+                2 => Spectrum::Jonswap { wind, fetch, gamma },
+                3 => Spectrum::Tma { wind, fetch, gamma },
+                _ => Spectrum::Swell {
+                    height,
+                    period: self.wide(0.01, 1e3),
+                    gamma,
+                },
+            },
+            direction: self.wide(-360.0, 360.0),
+            spreading: match self.below(5) {
+                0 => Spreading::Hasselmann,
+                1 => Spreading::Mitsuyasu,
+                2 => Spreading::DonelanBanner,
+                3 => Spreading::CosinePower {
+                    exponent: self.wide(0.0, 1e4),
+                },
+                _ => Spreading::Swell {
+                    elongation: self.wide(0.0, 10.0),
+                },
+            },
+        }
+    }
+
+    fn detail(&mut self) -> Detail {
+        let (period, lifetime) = (self.wide(1.0, 1e9), self.wide(0.01, 1e6));
+        if self.flip() {
+            Detail::Noise {
+                period,
+                height: self.wide(0.0, 1e9),
+                rate: self.wide(0.0, 1e3),
+                lifetime,
+            }
+        } else {
+            Detail::Waves {
+                period,
+                wind: self.wide(0.0, 100.0),
+                fetch: self.wide(0.0, 1e9),
+                direction: self.wide(-360.0, 360.0),
+                lifetime,
+            }
         }
     }
 

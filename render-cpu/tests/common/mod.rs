@@ -37,6 +37,8 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
                 waves: Vec::new(),
             }),
             boundary: open,
+            layers: Vec::new(),
+            detail: None,
             objects: Vec::new(),
             light: Light {
                 sun: None,

@@ -52,6 +52,8 @@ pub(crate) enum Kind {
     Tagged(&'static [Variant]),
     /// `[[name]]`, each with a `kind`.
     TaggedTables(&'static [Variant]),
+    /// A table as `[solver]`.
+    Solver,
 }
 
 /// The values that a number may have.
@@ -176,6 +178,8 @@ pub(crate) const SCENE: &[Key] = &[
     optional("terrain", Tagged(TERRAIN)),
     optional("ground", Table(GROUND)),
     required("solver", Tagged(SOLVER)),
+    optional("layer", Tables(LAYER)),
+    optional("detail", Tagged(DETAIL)),
     optional("boundary", Table(BOUNDARY)),
     optional("object", Tables(OBJECT)),
     optional("light", Table(LIGHT)),
@@ -271,7 +275,36 @@ const GROUND: &[Key] = &[
     optional("checker", Number(Length, NOT_NEGATIVE)),
 ];
 
-const SOLVER: &[Variant] = &[
+const LAYER: &[Key] = &[
+    required("solver", Kind::Solver),
+    optional("fade_depth", Number(Length, NOT_NEGATIVE)),
+];
+
+const LIFETIME: Key = optional("lifetime", Wide(Time, Range::new(0.01, 1e6)));
+
+const DETAIL: &[Variant] = &[
+    variant(
+        "noise",
+        &[
+            required("period", Wide(Length, POSITIVE)),
+            required("height", Wide(Length, NOT_NEGATIVE)),
+            optional("rate", Wide(Rate, Range::new(0.0, 1e3))),
+            LIFETIME,
+        ],
+    ),
+    variant(
+        "waves",
+        &[
+            required("period", Wide(Length, POSITIVE)),
+            WIND,
+            optional("fetch", Wide(Length, NOT_NEGATIVE)),
+            SEA_DIRECTION,
+            LIFETIME,
+        ],
+    ),
+];
+
+pub(crate) const SOLVER: &[Variant] = &[
     variant(
         "wave-equation",
         &[
@@ -312,6 +345,65 @@ const SOLVER: &[Variant] = &[
             optional("splash", Table(SPLASH)),
         ],
     ),
+    variant(
+        "ocean",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("depth", Wide(Length, POSITIVE)),
+            optional("capillary", Boolean),
+            optional("choppiness", Wide(Bare, Range::new(0.0, 10.0))),
+            optional("loop_period", Wide(Time, Range::new(0.1, 1e6))),
+            optional("sea", TaggedTables(SEA)),
+            optional("cascade", Tables(CASCADE)),
+            optional("foam", Table(OCEAN_FOAM)),
+        ],
+    ),
+];
+
+const WIND: Key = required("wind", Wide(Speed, Range::new(0.0, 100.0)));
+const FETCH: Key = required("fetch", Wide(Length, NOT_NEGATIVE));
+const GAMMA: Key = optional("gamma", Wide(Bare, Range::new(1.0, 20.0)));
+const WAVE_HEIGHT: Key = required("height", Wide(Length, Range::new(0.0, 100.0)));
+const SEA_DIRECTION: Key = optional("direction", Wide(Angle, TURN));
+const SEA_SPREADING: Key = optional("spreading", Tagged(SPREADING));
+
+const SEA: &[Variant] = &[
+    variant("phillips", &[WIND, WAVE_HEIGHT, SEA_DIRECTION, SEA_SPREADING]),
+    variant("pierson-moskowitz", &[WIND, SEA_DIRECTION, SEA_SPREADING]),
+    variant("jonswap", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
+    variant("tma", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
+    variant(
+        "swell",
+        &[
+            WAVE_HEIGHT,
+            required("period", Wide(Time, Range::new(0.01, 1e3))),
+            GAMMA,
+            SEA_DIRECTION,
+            SEA_SPREADING,
+        ],
+    ),
+];
+
+const SPREADING: &[Variant] = &[
+    variant("hasselmann", &[]),
+    variant("mitsuyasu", &[]),
+    variant("donelan-banner", &[]),
+    variant(
+        "cosine-power",
+        &[required("exponent", Wide(Bare, Range::new(0.0, 1e4)))],
+    ),
+    variant(
+        "swell",
+        &[required("elongation", Wide(Bare, Range::new(0.0, 10.0)))],
+    ),
+];
+
+const CASCADE: &[Key] = &[required("period", Wide(Length, POSITIVE))];
+
+const OCEAN_FOAM: &[Key] = &[
+    optional("threshold", Wide(Bare, Range::new(-10.0, 1.0))),
+    optional("growth", Wide(Rate, Range::new(0.0, 1e3))),
+    optional("fade", Wide(Rate, Range::new(1e-3, 1e3))),
 ];
 
 const SPLASH: &[Key] = &[

@@ -13,6 +13,8 @@ mod html;
 pub mod machine;
 mod march;
 pub mod measure;
+#[cfg(feature = "ocean")]
+mod ocean;
 pub mod plot;
 mod raycast;
 mod recording;
@@ -133,6 +135,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
         &stability::StabilityStudy,
+        #[cfg(feature = "ocean")]
+        &ocean::OceanStudy,
     ]
 }
 
