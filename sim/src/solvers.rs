@@ -37,6 +37,11 @@ pub fn available() -> Vec<SolverInfo> {
             summary: "shallow-water equations: floods, dam breaks, moving shorelines",
             compiled: cfg!(feature = "shallow-water"),
         },
+        SolverInfo {
+            name: "wave-particles",
+            summary: "fronts of wave particles: rings, wakes, reflection at walls and shores, no step limit",
+            compiled: cfg!(feature = "wave-particles"),
+        },
     ]
 }
 
@@ -98,6 +103,7 @@ pub fn name_of(choice: &Choice) -> &'static str {
         Choice::WaveEquation(_) => "wave-equation",
         Choice::Procedural(_) => "procedural",
         Choice::ShallowWater(_) => "shallow-water",
+        Choice::WaveParticles(_) => "wave-particles",
     }
 }
 
@@ -113,6 +119,8 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         Choice::Procedural(_) => Ok(Box::new(crate::procedural::Procedural::from_scene(scene)?)),
         #[cfg(feature = "shallow-water")]
         Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
+        #[cfg(feature = "wave-particles")]
+        Choice::WaveParticles(_) => Ok(Box::new(crate::wave_particles::WaveParticles::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
         other => Err(BuildError::NotCompiled {
             solver: name_of(other),

@@ -311,6 +311,32 @@ const SOLVER: &[Variant] = &[
             optional("film_depth", Number(Length, Range::new(1e-12, FAR))),
         ],
     ),
+    variant(
+        "wave-particles",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
+            optional("depth", POSITIVE_LENGTH),
+            optional("law", Choice(&["volume", "energy"])),
+            optional("train", Number(Bare, Range::new(1.0, 64.0))),
+            optional("radius", POSITIVE_LENGTH),
+            optional("split", Number(Bare, Range::new(0.02, 2.0))),
+            optional("smallest", Number(Length, Range::new(1e-12, FAR))),
+            optional("limit", Number(Bare, Range::new(1.0, 1e8))),
+            optional("horizontal", Number(Bare, SHARE)),
+            optional("front", Tables(FRONT)),
+        ],
+    ),
+];
+
+const FRONT: &[Key] = &[
+    optional("time", TIME),
+    required("position", POINT),
+    required("direction", Number(Angle, TURN)),
+    required("width", POSITIVE_LENGTH),
+    optional("spread", Number(Angle, TURN)),
+    required("height", HEIGHT),
+    required("radius", POSITIVE_LENGTH),
 ];
 
 const WAVE: &[Key] = &[

@@ -1,6 +1,6 @@
 //! The table `[solver]`: which method moves the water.
 
-use super::{Procedural, ShallowWater, WaveEquation};
+use super::{Procedural, ShallowWater, WaveEquation, WaveParticles};
 use serde::{Deserialize, Serialize};
 
 /// The method that moves the water.
@@ -13,6 +13,8 @@ pub enum Solver {
     Procedural(Procedural),
     /// Shallow-water equations.
     ShallowWater(ShallowWater),
+    /// Wave particles.
+    WaveParticles(WaveParticles),
 }
 
 impl Solver {
@@ -22,6 +24,7 @@ impl Solver {
             Self::WaveEquation(s) => s.spacing,
             Self::Procedural(s) => s.spacing,
             Self::ShallowWater(s) => s.spacing,
+            Self::WaveParticles(s) => s.spacing,
         }
     }
 }
