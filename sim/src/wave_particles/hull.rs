@@ -19,6 +19,9 @@ use crate::scene::description::AmplitudeLaw;
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
+/// How often a face is cut in four.
+const DEEPEST: u32 = 4;
+
 /// Fewest particles around an object.
 const FEWEST: usize = 12;
 
@@ -33,8 +36,28 @@ pub(super) struct Submerged {
     plan: Vec<DVec2>,
 }
 
-/// Clips a closed mesh in a pose at the level of still water.
-pub(super) fn submerged(mesh: &TriangleMesh, pose: &BodyPose, level: f64) -> Submerged {
+impl Submerged {
+    /// Adds a submerged triangle, cut into parts no larger than `finest` metres, so that what it pushes comes up where it
+    /// is and not where its middle is.
+    fn add(&mut self, [p, q, r]: [DVec3; 3], level: f64, finest: f64, depth: u32) {
+        let longest = (q - p).length().max((r - q).length()).max((p - r).length());
+        if depth > 0 && longest > finest {
+            let (a, b, c) = (p.midpoint(q), q.midpoint(r), r.midpoint(p));
+            for part in [[p, a, c], [a, q, b], [c, b, r], [a, b, c]] {
+                self.add(part, level, finest, depth - 1);
+            }
+            return;
+        }
+        let area = 0.5 * (q - p).cross(r - p);
+        let centroid = (p + q + r) / 3.0;
+        // ∫ (y − level) n_y dA: exact for a flat face, and the open waterplane adds nothing.
+        self.volume += area.y * (centroid.y - level);
+        self.faces.push((area, centroid));
+    }
+}
+
+/// Clips a closed mesh in a pose at the level of still water; faces are cut into parts of about `finest` metres.
+pub(super) fn submerged(mesh: &TriangleMesh, pose: &BodyPose, level: f64, finest: f64) -> Submerged {
     let rotation = DQuat::from_xyzw(
         f64::from(pose.rotation.x),
         f64::from(pose.rotation.y),
@@ -55,12 +78,7 @@ pub(super) fn submerged(mesh: &TriangleMesh, pose: &BodyPose, level: f64) -> Sub
         };
         let polygon = below([a, b, c], level);
         for k in 1..polygon.len().saturating_sub(1) {
-            let (p, q, r) = (polygon[0], polygon[k], polygon[k + 1]);
-            let area = 0.5 * (q - p).cross(r - p);
-            let centroid = (p + q + r) / 3.0;
-            // ∫ (y − level) n_y dA: exact for a flat face, and the open waterplane adds nothing.
-            out.volume += area.y * (centroid.y - level);
-            out.faces.push((area, centroid));
+            out.add([polygon[0], polygon[k], polygon[k + 1]], level, finest, DEEPEST);
         }
         out.plan.extend(polygon.iter().map(|p| DVec2::new(p.x, p.z)));
     }
@@ -201,7 +219,8 @@ impl Wake {
             return 0.0;
         }
         let dt = time - start;
-        let [was, now, is] = [before, middle, after].map(|pose| submerged(mesh, pose, self.level));
+        let [was, now, is] =
+            [before, middle, after].map(|pose| submerged(mesh, pose, self.level, 0.5 * self.radius));
         let displaced = is.volume - was.volume;
         // An object that comes out of the water within the interval is as wet as it was before.
         let shape = [&now, &is, &was].into_iter().find(|s| !s.plan.is_empty());
@@ -276,15 +295,12 @@ mod tests {
             ..BodyPose::default()
         };
         for (y, expected) in [(1.0, 0.0), (0.2, 1.8), (0.0, 3.0), (-0.5, 6.0), (-9.0, 6.0)] {
-            let found = submerged(&mesh, &pose(y, Quat::IDENTITY), 0.0).volume;
+            let found = submerged(&mesh, &pose(y, Quat::IDENTITY), 0.0, 0.7).volume;
             assert!((found - expected).abs() < 1e-6, "{y}: {found}");
         }
         // Half under, however it is turned about its middle.
-        let turned = submerged(
-            &mesh,
-            &pose(0.0, Quat::from_rotation_x(0.7) * Quat::from_rotation_z(0.4)),
-            0.0,
-        );
+        let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_z(0.4);
+        let turned = submerged(&mesh, &pose(0.0, turn), 0.0, 9.0);
         assert!((turned.volume - 3.0).abs() < 1e-6, "{}", turned.volume);
     }
 

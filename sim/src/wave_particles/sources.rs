@@ -201,9 +201,8 @@ impl Maker {
     ) {
         match self.law {
             AmplitudeLaw::Volume => {
-                let (outer, factor) = self.widened(2.0 * radius / PRESS_INNER);
-                let outer = PRESS_INNER * outer;
-                let inner = PRESS_INNER * outer;
+                let (inner, factor) = self.widened(2.0 * PRESS_INNER * radius);
+                let outer = inner / PRESS_INNER;
                 // −A W(d/inner) + A κ² W(d/outer): no volume, and −depth at the centre.
                 let square = PRESS_INNER * PRESS_INNER;
                 let down = depth * factor / (1.0 - square);

@@ -222,6 +222,10 @@ impl Walls {
             let approach = -PROBE.dot(s.normal);
             let front = s.front(p);
             let distance = front / approach;
+            // On a wall is in front of it.
+            if approach < 0.0 && front > -self.tolerance {
+                return reach;
+            }
             if approach == 0.0 || !(distance >= 0.0) || distance >= reach {
                 return reach;
             }

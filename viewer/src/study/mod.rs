@@ -25,6 +25,8 @@ mod selftest;
 mod stability;
 mod truth;
 mod wave_equation;
+#[cfg(feature = "wave-particles")]
+mod wave_particles;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -129,6 +131,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
         &stability::StabilityStudy,
+        #[cfg(feature = "wave-particles")]
+        &wave_particles::WaveParticlesStudy,
     ]
 }
 
