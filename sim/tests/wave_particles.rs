@@ -121,7 +121,7 @@ fn frames_are_the_same_for_any_number_of_threads() {
     assert!(one.0 > 500 && one == two && one == three);
 }
 
-/// Ripple of a row of particles along its ridge: (highest − lowest) / mean.
+/// Ripple of a row of particles along its ridge: its amplitude over its mean, (highest − lowest)/(highest + lowest).
 fn ripple(spacing: f64) -> f64 {
     let height = |x: f64| -> f64 {
         (-20..=20)
@@ -132,7 +132,7 @@ fn ripple(spacing: f64) -> f64 {
     let (low, high) = values
         .iter()
         .fold((f64::INFINITY, 0.0_f64), |(a, b), &v| (a.min(v), b.max(v)));
-    (high - low) / (values.iter().sum::<f64>() / 200.0)
+    (high - low) / (high + low)
 }
 
 #[test]

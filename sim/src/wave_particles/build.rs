@@ -234,6 +234,8 @@ impl WaveParticles {
         )?;
         let (low, high) = shore::rectangle(&spec);
         let course = Course {
+            spec,
+            wet: waters.wet.clone(),
             walls: Walls::new(waters.segments, low, high),
             low,
             high,

@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn longer_trains_come_closer_to_the_profile() {
         // Measured first by an independent script: 0.48, 0.090, 0.048, 0.028 for the bump.
-        for (count, most) in [(1, 0.5), (4, 0.1), (8, 0.055), (16, 0.035)] {
+        for (count, most) in [(1, 0.55), (4, 0.1), (8, 0.055), (16, 0.035)] {
             let left = missed(Profile::Bump, count);
             assert!(left < most && left > 0.5 * most, "{count}: {left}");
         }

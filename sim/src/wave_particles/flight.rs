@@ -7,6 +7,7 @@ use super::kernel::VOLUME;
 use super::ledger::Ledger;
 use super::particle::{Particle, Particles};
 use super::walls::Walls;
+use crate::grid::GridSpec;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -36,6 +37,9 @@ pub(super) enum Beyond {
 /// What the particles run through, and by what rules.
 #[derive(Clone, Debug)]
 pub(super) struct Course {
+    pub(super) spec: GridSpec,
+    /// Samples with water at rest.
+    pub(super) wet: Vec<bool>,
     pub(super) walls: Walls,
     /// The rectangle of water.
     pub(super) low: DVec2,
@@ -149,9 +153,29 @@ impl Course {
         None
     }
 
-    /// Whether a point lies in the rectangle, in front of the walls around it.
+    /// Whether there is water at a point: in the rectangle, and in front of the walls between it and a sample of its cell
+    /// that is wet.
     pub(super) fn is_water(&self, p: DVec2) -> bool {
-        p.cmpge(self.low).all() && p.cmple(self.high).all() && self.walls.is_open(p)
+        if !(p.cmpge(self.low).all() && p.cmple(self.high).all()) {
+            return false;
+        }
+        let spacing = f64::from(self.spec.spacing);
+        let last = self.spec.size.as_dvec2() - 1.0;
+        let g = (p - self.spec.origin.as_dvec2()) / spacing;
+        let first = g.floor().clamp(DVec2::ZERO, last);
+        let second = g.ceil().clamp(DVec2::ZERO, last);
+        let corners = [
+            first,
+            DVec2::new(second.x, first.y),
+            DVec2::new(first.x, second.y),
+            second,
+        ];
+        let wet = |c: &&DVec2| self.wet[c.y as usize * self.spec.width() + c.x as usize];
+        let place = |c: &DVec2| self.spec.origin.as_dvec2() + spacing * *c;
+        corners
+            .iter()
+            .find(wet)
+            .is_some_and(|c| self.walls.is_open(p, place(c)))
     }
 
     /// A particle turned by part of the angle to its neighbour, about the focus of the front.

@@ -63,9 +63,6 @@ pub(super) struct Walls {
 /// Most cells along an axis.
 const MOST_CELLS: f64 = 512.0;
 
-/// A direction that is parallel to nothing that a scene is likely to contain.
-const PROBE: DVec2 = DVec2::new(0.947_213_7, 0.320_602_9);
-
 impl Walls {
     /// Walls in and around the rectangle from `low` to `high`.
     pub(super) fn new(segments: Vec<Segment>, low: DVec2, high: DVec2) -> Self {
@@ -214,24 +211,28 @@ impl Walls {
         best
     }
 
-    /// Whether a point is on the water side of the walls around it.
-    pub(super) fn is_open(&self, p: DVec2) -> bool {
+    /// Whether a point is on the water side of walls, told from a place `water` nearby that is: by the first wall on the way
+    /// there, if any. On a wall is in front of it.
+    pub(super) fn is_open(&self, p: DVec2, water: DVec2) -> bool {
+        let way = water - p;
+        let length = way.length();
+        if length <= self.tolerance {
+            return true;
+        }
+        let u = way / length;
         let mut open = true;
-        self.along_ray(p, PROBE, f64::INFINITY, |k, reach| {
+        self.along_ray(p, u, length, |k, reach| {
             let s = &self.segments[k];
-            let approach = -PROBE.dot(s.normal);
+            let approach = -u.dot(s.normal);
             let front = s.front(p);
             let distance = front / approach;
-            // On a wall is in front of it.
-            if approach < 0.0 && front > -self.tolerance {
-                return reach;
-            }
-            if approach == 0.0 || !(distance >= 0.0) || distance >= reach {
+            let leaves = approach < 0.0 && front > -self.tolerance;
+            if leaves || approach == 0.0 || !(distance >= 0.0) || distance >= reach {
                 return reach;
             }
             let along = s.b - s.a;
-            let at = (p + distance * PROBE - s.a).dot(along) / along.length_squared();
-            if !(0.0..=1.0).contains(&at) {
+            let at = (p + distance * u - s.a).dot(along) / along.length();
+            if at < -self.tolerance || at > along.length() + self.tolerance {
                 return reach;
             }
             open = approach > 0.0;
