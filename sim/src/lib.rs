@@ -37,6 +37,8 @@ pub mod source;
 pub mod terrain;
 #[cfg(feature = "wave-equation")]
 pub mod wave_equation;
+#[cfg(feature = "wave-particles")]
+pub mod wave_particles;
 
 pub use frame::{BodyPose, Channels, Droplets, Frame};
 pub use glam;

@@ -42,6 +42,11 @@ pub fn available() -> Vec<SolverInfo> {
             summary: "wind seas and swells of measured spectra, summed by Fourier transforms at any time",
             compiled: cfg!(feature = "ocean"),
         },
+        SolverInfo {
+            name: "wave-particles",
+            summary: "fronts of wave particles: rings, wakes, reflection at walls and shores, no step limit",
+            compiled: cfg!(feature = "wave-particles"),
+        },
     ]
 }
 
@@ -104,6 +109,7 @@ pub fn name_of(choice: &Choice) -> &'static str {
         Choice::Procedural(_) => "procedural",
         Choice::ShallowWater(_) => "shallow-water",
         Choice::Ocean(_) => "ocean",
+        Choice::WaveParticles(_) => "wave-particles",
     }
 }
 
@@ -133,6 +139,8 @@ fn build_base(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
         #[cfg(feature = "ocean")]
         Choice::Ocean(_) => Ok(Box::new(crate::ocean::Ocean::from_scene(scene)?)),
+        #[cfg(feature = "wave-particles")]
+        Choice::WaveParticles(_) => Ok(Box::new(crate::wave_particles::WaveParticles::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
         other => Err(BuildError::NotCompiled {
             solver: name_of(other),

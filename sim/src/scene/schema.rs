@@ -358,6 +358,22 @@ pub(crate) const SOLVER: &[Variant] = &[
             optional("foam", Table(OCEAN_FOAM)),
         ],
     ),
+    variant(
+        "wave-particles",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
+            optional("depth", POSITIVE_LENGTH),
+            optional("law", Choice(&["volume", "energy"])),
+            optional("train", Number(Bare, Range::new(1.0, 64.0))),
+            optional("radius", POSITIVE_LENGTH),
+            optional("split", Number(Bare, Range::new(0.02, 2.0))),
+            optional("smallest", Number(Length, Range::new(1e-12, FAR))),
+            optional("limit", Number(Bare, Range::new(1.0, 1e8))),
+            optional("horizontal", Number(Bare, SHARE)),
+            optional("front", Tables(FRONT)),
+        ],
+    ),
 ];
 
 const WIND: Key = required("wind", Wide(Speed, Range::new(0.0, 100.0)));
@@ -413,6 +429,16 @@ const SPLASH: &[Key] = &[
     optional("amount", Number(Bare, SHARE)),
     optional("droplet_radius", Number(Length, Range::new(1e-6, 1e4))),
     optional("foam_life", Number(Time, POSITIVE)),
+];
+
+const FRONT: &[Key] = &[
+    optional("time", TIME),
+    required("position", POINT),
+    required("direction", Number(Angle, TURN)),
+    required("width", POSITIVE_LENGTH),
+    optional("spread", Number(Angle, TURN)),
+    required("height", HEIGHT),
+    required("radius", POSITIVE_LENGTH),
 ];
 
 const WAVE: &[Key] = &[

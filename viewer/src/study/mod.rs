@@ -30,6 +30,8 @@ mod stability;
 mod subset;
 mod truth;
 mod wave_equation;
+#[cfg(feature = "wave-particles")]
+mod wave_particles;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -137,6 +139,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &stability::StabilityStudy,
         #[cfg(feature = "ocean")]
         &ocean::OceanStudy,
+        #[cfg(feature = "wave-particles")]
+        &wave_particles::WaveParticlesStudy,
     ]
 }
 

@@ -15,6 +15,7 @@ mod shallow_water;
 mod solver;
 mod water;
 mod wave_equation;
+mod wave_particles;
 
 pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
@@ -29,6 +30,7 @@ pub use shallow_water::{ShallowWater, ShallowWaterScheme, Splash};
 pub use solver::Solver;
 pub use water::{Initial, Water};
 pub use wave_equation::{WaveEquation, WaveScheme};
+pub use wave_particles::{AmplitudeLaw, WaveFront, WaveParticles};
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize, Serializer};

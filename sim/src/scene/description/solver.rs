@@ -1,6 +1,6 @@
 //! The table `[solver]`: which method moves the water.
 
-use super::{Ocean, Procedural, ShallowWater, WaveEquation};
+use super::{Ocean, Procedural, ShallowWater, WaveEquation, WaveParticles};
 use serde::{Deserialize, Serialize};
 
 /// The method that moves the water.
@@ -15,6 +15,8 @@ pub enum Solver {
     ShallowWater(ShallowWater),
     /// Sums of many waves of measured spectra with random phases.
     Ocean(Ocean),
+    /// Wave particles.
+    WaveParticles(WaveParticles),
 }
 
 impl Solver {
@@ -25,6 +27,7 @@ impl Solver {
             Self::Procedural(s) => s.spacing,
             Self::ShallowWater(s) => s.spacing,
             Self::Ocean(s) => s.spacing,
+            Self::WaveParticles(s) => s.spacing,
         }
     }
 }
