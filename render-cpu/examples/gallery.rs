@@ -98,6 +98,8 @@ fn object(name: &str, shape: Shape, position: Vec3, rotation: Quat, color: Vec3)
         shape,
         position,
         rotation,
+        velocity: meniscus_sim::glam::Vec3::ZERO,
+        spin: meniscus_sim::glam::Vec3::ZERO,
         density: 500.0,
         motion: Motion::Fixed,
         color: Some(color),

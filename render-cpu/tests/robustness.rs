@@ -43,6 +43,8 @@ fn bay() -> (Scene, Frame) {
         shape,
         position: Vec3::new(x, 0.1, 5.0),
         rotation: Quat::IDENTITY,
+        velocity: meniscus_sim::glam::Vec3::ZERO,
+        spin: meniscus_sim::glam::Vec3::ZERO,
         density: 500.0,
         motion: Motion::Free,
         color: None,

@@ -10,6 +10,8 @@
 //!
 //! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
 
+#[cfg(feature = "bodies")]
+pub mod bodies;
 pub mod detail;
 pub mod events;
 #[cfg(feature = "export")]

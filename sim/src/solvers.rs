@@ -82,6 +82,9 @@ pub enum BuildError {
         /// What would be right.
         remedy: String,
     },
+    /// An object of the scene cannot be a body.
+    #[error("{0}")]
+    Bodies(String),
     /// The scene's step cannot be used.
     #[error("solver.step: {0}")]
     Step(#[from] StepError),

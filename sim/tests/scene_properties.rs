@@ -434,6 +434,8 @@ impl Draw {
             },
             position: self.vec3(),
             rotation: self.turn(),
+            velocity: glam::Vec3::ZERO,
+            spin: glam::Vec3::ZERO,
             density: self.number(1e-3, 1e6),
             motion: match self.below(3) {
                 0 => Motion::Fixed,

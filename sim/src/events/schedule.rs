@@ -169,8 +169,29 @@ impl Schedule {
                     ));
                 }
             }
+            Event::Drag {
+                start,
+                end,
+                ref body,
+                grip,
+                from,
+                to,
+            } => {
+                if now < start || now - TICK >= end {
+                    return;
+                }
+                let body = body.clone();
+                let action = if now < end {
+                    let share = ((now - start) / (end - start)) as f32;
+                    let target = from.lerp(to, share);
+                    Action::Drag { body, grip, target }
+                } else {
+                    Action::Release { body }
+                };
+                out.push((now, action));
+            }
             // Single events are in `moments`.
-            Event::Drop { .. } | Event::Press { .. } | Event::Push { .. } => {}
+            Event::Drop { .. } | Event::Press { .. } | Event::Push { .. } | Event::Shove { .. } => {}
         }
     }
 
@@ -224,7 +245,20 @@ fn single(event: &Event) -> Option<(f64, Action)> {
                 velocity,
             },
         )),
-        Event::Sweep { .. } | Event::Rain { .. } | Event::Inflow { .. } => None,
+        Event::Shove {
+            time,
+            ref body,
+            velocity,
+            spin,
+        } => Some((
+            time,
+            Action::Shove {
+                body: body.clone(),
+                velocity,
+                spin,
+            },
+        )),
+        Event::Sweep { .. } | Event::Rain { .. } | Event::Inflow { .. } | Event::Drag { .. } => None,
     }
 }
 

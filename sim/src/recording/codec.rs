@@ -152,7 +152,7 @@ impl StoredGrid {
 }
 
 /// Appends the length of `value` as a `u32`, then its bytes.
-pub(super) fn put<T: Serialize>(value: &T, limit: usize, out: &mut Vec<u8>) -> Result<(), String> {
+pub(crate) fn put<T: Serialize>(value: &T, limit: usize, out: &mut Vec<u8>) -> Result<(), String> {
     let config = bincode::config::standard().with_fixed_int_encoding();
     let bytes = bincode::serde::encode_to_vec(value, config).map_err(|e| e.to_string())?;
     let length = u32::try_from(bytes.len()).ok().filter(|&n| n as usize <= limit);
@@ -182,7 +182,7 @@ fn decode<T: DeserializeOwned, const LIMIT: usize>(
 }
 
 /// Reads what [`put`] wrote with a limit of `LIMIT`; returns the value and the bytes after it.
-pub(super) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<(T, &[u8]), String> {
+pub(crate) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<(T, &[u8]), String> {
     let (length, rest) = bytes
         .split_first_chunk::<4>()
         .ok_or("it ends before its structure")?;

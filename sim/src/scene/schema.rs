@@ -502,6 +502,8 @@ const OBJECT: &[Key] = &[
     required("shape", Tagged(SHAPE)),
     optional("position", POINT_3D),
     optional("rotation", Rotation),
+    optional("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
+    optional("spin", Vector(3, Rate, Range::new(-1e3, 1e3))),
     optional("density", Number(Density, Range::new(1e-3, 1e6))),
     optional("motion", Tagged(MOTION)),
     optional("color", COLOR),
@@ -597,6 +599,26 @@ const EVENT: &[Variant] = &[
             required("position", POINT),
             required("radius", POSITIVE_LENGTH),
             required("velocity", Vector(2, Speed, Range::new(-1e6, 1e6))),
+        ],
+    ),
+    variant(
+        "drag",
+        &[
+            required("start", TIME),
+            required("end", TIME),
+            required("body", Text),
+            optional("grip", POINT_3D),
+            required("from", POINT_3D),
+            required("to", POINT_3D),
+        ],
+    ),
+    variant(
+        "shove",
+        &[
+            required("time", TIME),
+            required("body", Text),
+            required("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
+            optional("spin", Vector(3, Rate, Range::new(-1e3, 1e3))),
         ],
     ),
     variant(

@@ -54,6 +54,7 @@ pub(super) fn description(d: &Description, report: &mut Report) {
     }
     for (k, event) in d.events.iter().enumerate() {
         times(d, event, k, report);
+        acted_on(d, event, k, report);
     }
     let frames = d.duration * d.recording.rate;
     if frames > MAX_FRAMES && report.usable(&["duration", "recording.rate"]) {
@@ -274,13 +275,29 @@ fn light(d: &Description, report: &mut Report) {
     }
 }
 
+fn acted_on(d: &Description, event: &Event, k: usize, report: &mut Report) {
+    let (Event::Drag { body, .. } | Event::Shove { body, .. }) = event else {
+        return;
+    };
+    let at = format!("event.{k}.body");
+    let free = |o: &Object| o.name == *body && o.motion == Motion::Free;
+    if !d.objects.iter().any(free) && report.usable(&["object", &at]) {
+        report.at(
+            &at,
+            format!("there is no free object \"{body}\""),
+            "name an object with motion = { kind = \"free\" }",
+        );
+    }
+}
+
 fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
     let at = |key: &str| format!("event.{k}.{key}");
     let (key, start, end) = match *event {
-        Event::Drop { time, .. } | Event::Press { time, .. } | Event::Push { time, .. } => {
-            ("time", time, None)
-        }
-        Event::Sweep { start, end, .. } => ("start", start, Some(end)),
+        Event::Drop { time, .. }
+        | Event::Press { time, .. }
+        | Event::Push { time, .. }
+        | Event::Shove { time, .. } => ("time", time, None),
+        Event::Sweep { start, end, .. } | Event::Drag { start, end, .. } => ("start", start, Some(end)),
         Event::Rain { start, end, .. } | Event::Inflow { start, end, .. } => ("start", start, end),
     };
     if let Some(end) = end
@@ -327,7 +344,7 @@ pub(super) fn places(d: &Description, grid: &GridSpec, report: &mut Report) {
             Event::Sweep { from, to, radius, .. } => {
                 check(&at, "from", from.min(to) - radius, from.max(to) + radius)
             }
-            Event::Rain { .. } => {}
+            Event::Rain { .. } | Event::Drag { .. } | Event::Shove { .. } => {}
         }
     }
 }

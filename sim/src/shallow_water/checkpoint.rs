@@ -37,6 +37,10 @@ pub struct Checkpoint {
     /// Droplets and foam; absent where the solver makes none.
     #[serde(default)]
     pub splash: Option<SplashMemory>,
+    /// Bodies, if there are any that move.
+    #[cfg(feature = "bodies")]
+    #[serde(default)]
+    pub bodies: Option<crate::bodies::BodiesCheckpoint>,
 }
 
 /// Droplets and foam of a run.
@@ -145,6 +149,10 @@ pub enum CheckpointError {
     /// One of solver and checkpoint has droplets and foam, the other has not.
     #[error("only one of checkpoint and solver has splashes; make the solver with the same settings")]
     Splash,
+    /// Its bodies cannot be restored.
+    #[cfg(feature = "bodies")]
+    #[error(transparent)]
+    Bodies(#[from] crate::bodies::BodyError),
     /// A value cannot be part of a state.
     #[error("checkpoint: {what} is {value} at entry {at}, which no state holds; the file is damaged")]
     Damaged {
@@ -198,6 +206,8 @@ impl Checkpoint {
             momentum_x: gather(&fields.qx),
             momentum_z: gather(&fields.qz),
             splash: None,
+            #[cfg(feature = "bodies")]
+            bodies: None,
         }
     }
 

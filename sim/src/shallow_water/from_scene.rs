@@ -49,7 +49,13 @@ impl ShallowWater {
         match parameters.scheme {
             ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => {}
         }
-        Self::new(scene.grid, &initial, settings).map_err(in_scene)
+        #[allow(unused_mut, reason = "only bodies change it")]
+        let mut solver = Self::new(scene.grid, &initial, settings).map_err(in_scene)?;
+        #[cfg(feature = "bodies")]
+        solver
+            .add_bodies(scene)
+            .map_err(|e| BuildError::Bodies(e.to_string()))?;
+        Ok(solver)
     }
 }
 

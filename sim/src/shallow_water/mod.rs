@@ -8,6 +8,7 @@ mod checkpoint;
 mod edges;
 pub(crate) mod exchange;
 mod finite_volume;
+mod floats;
 mod from_scene;
 pub mod monai;
 mod real;

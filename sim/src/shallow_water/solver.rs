@@ -3,15 +3,20 @@
 use super::actions;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
+use super::floats::Floats;
 use super::real::Real;
 use super::settings::{Initial, Precision, Settings, SetupError};
 use super::splash::{Ledger, Splash};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
+#[cfg(feature = "bodies")]
+use crate::bodies::{Bodies, BodyError};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
-use crate::solver::{Solver, StepError, StepReport};
+#[cfg(feature = "bodies")]
+use crate::scene::Scene;
+use crate::solver::{Extra, Solver, StepError, StepReport};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -53,6 +58,7 @@ pub struct ShallowWater {
     time: f64,
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
+    floats: Floats,
 }
 
 impl ShallowWater {
@@ -81,7 +87,24 @@ impl ShallowWater {
             core,
             time: 0.0,
             speed: None,
+            floats: Floats::default(),
         })
+    }
+
+    /// Puts the moving objects of a scene into the water, which is taken to be level around them.
+    ///
+    /// # Errors
+    /// [`BodyError`] if an object is no solid, or starts where it cannot be.
+    #[cfg(feature = "bodies")]
+    pub fn add_bodies(&mut self, scene: &Scene) -> Result<(), BodyError> {
+        self.floats = each!(&mut self.core, c => Floats::from_scene(scene, c, &self.spec))?;
+        Ok(())
+    }
+
+    /// The moving objects, if there are any.
+    #[cfg(feature = "bodies")]
+    pub fn bodies(&self) -> Option<&Bodies> {
+        self.floats.get()
     }
 
     /// What the solver was told.
@@ -128,6 +151,10 @@ impl ShallowWater {
     pub fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
         checkpoint.splash = self.splash.as_ref().map(Splash::memory);
+        #[cfg(feature = "bodies")]
+        {
+            checkpoint.bodies = self.floats.checkpoint();
+        }
         checkpoint
     }
 
@@ -142,6 +169,8 @@ impl ShallowWater {
             _ => return Err(CheckpointError::Splash),
         }
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        #[cfg(feature = "bodies")]
+        self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
         if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
             splash.resume(memory);
         }
@@ -171,9 +200,9 @@ impl ShallowWater {
         StepReport {
             substeps: 0,
             largest_stable_step: self.stable_step(speed),
-            mass: totals.mass,
+            mass: totals.mass - self.floats.displaced_mass(self.spec.cell_area()),
             momentum: totals.momentum,
-            energy: totals.energy,
+            energy: totals.energy + self.floats.energy(self.level),
             courant: 0.0,
             froude: totals.froude,
             clamps: 0,
@@ -261,12 +290,16 @@ impl Solver for ShallowWater {
                 channels |= Channels::FOAM;
             }
         }
+        if self.floats.poses().is_some() {
+            channels |= Channels::BODIES;
+        }
         channels
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
         StepError::check_step(dt)?;
         let (start, dt) = (self.time, f64::from(dt));
+        let clamped_bodies = self.floats.clamps();
         let (spacing, courant) = (self.spacing(), self.settings.courant);
         let mut done = 0.0;
         let mut substeps = 0_u64;
@@ -279,7 +312,8 @@ impl Solver for ShallowWater {
         let mut retries = 0;
         while done < dt {
             let left = dt - done;
-            let needed = (left / self.stable_step(speed)).ceil().max(1.0);
+            let longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
+            let needed = (left / longest).ceil().max(1.0);
             if !(substeps as f64 + needed <= self.settings.max_substeps as f64) {
                 self.speed = None;
                 return Err(StepError::TooManySubsteps {
@@ -292,6 +326,9 @@ impl Solver for ShallowWater {
             let step = left / needed;
             match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
+                    let (time, spec) = (self.time, self.spec);
+                    each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
+                        .map_err(StepError::from)?;
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
@@ -320,7 +357,7 @@ impl Solver for ShallowWater {
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
-            clamps,
+            clamps: clamps + self.floats.clamps() - clamped_bodies,
             ..self.state_report(speed)
         })
     }
@@ -337,9 +374,20 @@ impl Solver for ShallowWater {
                 splash.show_foam(foam);
             }
         }
+        if out.bodies.is_some() {
+            out.bodies = self.floats.poses();
+        }
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
+        action.check()?;
+        if action.is_on_body() {
+            return self.floats.apply(action).unwrap_or(Err(EventError::Unsupported {
+                solver: "shallow-water",
+                action: action.name(),
+                remedy: "give the scene an object that moves freely, and build with the Cargo feature `bodies`",
+            }));
+        }
         self.speed = None;
         each!(&mut self.core, c => actions::apply(c, &self.spec, action))
     }
@@ -355,6 +403,17 @@ impl Solver for ShallowWater {
         let core = each!(&self.core, c => c.bytes());
         let splash = self.splash.as_ref().map_or(0, Splash::bytes);
         (core + splash + self.spec.len() * size_of::<f32>()) as u64
+    }
+
+    fn extras(&self) -> Vec<Extra> {
+        match self.floats.poses() {
+            Some(poses) => vec![Extra {
+                name: "bodies",
+                reason: format!("{} objects, at least one of which moves", poses.len()),
+                bytes: self.floats.bytes(),
+            }],
+            None => Vec::new(),
+        }
     }
 }
 

@@ -160,6 +160,8 @@ mod tests {
             shape,
             position,
             rotation: Quat::from_rotation_y(0.3),
+            velocity: glam::Vec3::ZERO,
+            spin: glam::Vec3::ZERO,
             density: 2600.0,
             motion: Motion::Fixed,
             color: None,

@@ -420,14 +420,21 @@ impl Solver for WaveParticles {
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
         action.check()?;
-        let mut emissions = Vec::new();
-        self.maker
-            .action(action, self.time, self.course.speed, &mut emissions);
         let (quantity, value) = match *action {
             Action::Drop { volume, .. } => ("volume", volume),
             Action::Press { depth, .. } => ("depth", depth),
             Action::Push { velocity, .. } => ("velocity", velocity.length()),
+            Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => {
+                return Err(EventError::Unsupported {
+                    solver: self.name(),
+                    action: action.name(),
+                    remedy: "move objects along a path, or choose `shallow-water`",
+                });
+            }
         };
+        let mut emissions = Vec::new();
+        self.maker
+            .action(action, self.time, self.course.speed, &mut emissions);
         self.start(action.name(), quantity, value, emissions)
     }
 

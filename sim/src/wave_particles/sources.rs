@@ -187,6 +187,8 @@ impl Maker {
                 speed,
                 out,
             ),
+            // Refused by the solver: they act on bodies.
+            Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => {}
         }
     }
 

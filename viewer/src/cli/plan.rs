@@ -99,6 +99,15 @@ pub(super) fn run(args: &PlanArgs, console: &Console) -> Result<(), Failure> {
             bytes: solver.bytes(),
         },
     ));
+    items.extend(solver.extras().into_iter().map(|extra| {
+        let item = Item {
+            part: Part::Solver,
+            name: extra.name.into(),
+            reason: extra.reason,
+            bytes: extra.bytes,
+        };
+        (true, item)
+    }));
     items.extend(channel_items(&scene, solver.as_ref(), renderer.as_ref()));
     items.extend(renderer.plan(&scene, args.size.0).into_iter().map(|item| {
         let planned = Item {

@@ -6,6 +6,8 @@
 //!
 //! To add a study, write one file with an implementation of [`Study`] and its expectations, and name it in [`all`].
 
+#[cfg(all(feature = "bodies", feature = "shallow-water"))]
+mod bodies;
 pub mod case;
 pub mod expectation;
 mod figures;
@@ -132,6 +134,8 @@ impl StudyOutcome {
 /// Every study there is.
 pub fn all() -> Vec<&'static dyn Study> {
     vec![
+        #[cfg(all(feature = "bodies", feature = "shallow-water"))]
+        &bodies::BodiesStudy,
         &wave_equation::WaveEquationStudy,
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
