@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::scene::description::{Edge, Initial, Motion, Solver as Choice};
 use crate::solver::{Solver, StepError, StepReport};
 use crate::solvers::{self, BuildError};
-use glam::{BVec2, UVec2, Vec2};
+use glam::{BVec2, UVec2};
 use std::cell::RefCell;
 use std::ops::{Add, Mul};
 
@@ -97,12 +97,19 @@ fn scene_of(scene: &Scene, solver: &Choice, base: &GridSpec, number: usize) -> R
         let ratio = f64::from(base.spacing) / f64::from(spacing);
         let intervals = f64::from(base.size[axis] - u32::from(!periodic)) * ratio;
         // A layer may reach a little beyond an open domain, but has to end where a periodic one does.
-        let whole = if periodic { intervals.round() } else { (intervals - 1e-3).ceil() };
+        let whole = if periodic {
+            intervals.round()
+        } else {
+            (intervals - 1e-3).ceil()
+        };
         if !(whole >= 2.0 && whole < 1e9) || (periodic && (whole - intervals).abs() > 1e-3) {
             return Err(BuildError::impossible(
                 format!("layer.{number}.solver.spacing"),
                 format!("samples {spacing} m apart do not divide the periodic domain of the base"),
-                format!("use {} m, as the base does, or a whole share of the domain", base.spacing),
+                format!(
+                    "use {} m, as the base does, or a whole share of the domain",
+                    base.spacing
+                ),
             ));
         }
         size[axis] = whole as u32 + u32::from(!periodic);
@@ -129,7 +136,10 @@ fn scene_of(scene: &Scene, solver: &Choice, base: &GridSpec, number: usize) -> R
         description,
         grid,
         terrain: scene.terrain.clone(),
-        meshes: objects.filter(kept).filter_map(|k| scene.meshes.get(k).cloned()).collect(),
+        meshes: objects
+            .filter(kept)
+            .filter_map(|k| scene.meshes.get(k).cloned())
+            .collect(),
         sky: None,
         initial_elevation: None,
     })
@@ -208,7 +218,10 @@ impl Solver for Layered {
     }
 
     fn offers(&self) -> Channels {
-        let layers = self.layers.iter().fold(Channels::NONE, |sum, l| sum | l.solver.offers());
+        let layers = self
+            .layers
+            .iter()
+            .fold(Channels::NONE, |sum, l| sum | l.solver.offers());
         self.base.offers() | (layers & added())
     }
 
@@ -326,7 +339,11 @@ impl Resample {
             let (t2, t3) = (t * t, t * t * t);
             let index = |d: i64| {
                 let k = cell as i64 + d;
-                (if periodic { k.rem_euclid(n as i64) } else { k.clamp(0, n as i64 - 1) }) as usize
+                (if periodic {
+                    k.rem_euclid(n as i64)
+                } else {
+                    k.clamp(0, n as i64 - 1)
+                }) as usize
             };
             Taps(
                 [index(-1), index(0), index(1), index(2)],
@@ -339,8 +356,12 @@ impl Resample {
             )
         };
         Some(Self {
-            columns: (0..to.width()).map(|i| taps(i, from.width(), periodic.x)).collect(),
-            rows: (0..to.height()).map(|j| taps(j, from.height(), periodic.y)).collect(),
+            columns: (0..to.width())
+                .map(|i| taps(i, from.width(), periodic.x))
+                .collect(),
+            rows: (0..to.height())
+                .map(|j| taps(j, from.height(), periodic.y))
+                .collect(),
         })
     }
 
@@ -362,6 +383,7 @@ impl Resample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec2;
     use std::path::Path;
 
     fn scene(text: &str) -> Scene {
@@ -385,7 +407,9 @@ mod tests {
         let over = format!("{BASIN}\n[[layer]]\nsolver = {{ kind = 'procedural', spacing = 0.5, {WAVES} }}");
         let mut both = solvers::build(&scene(&over)).unwrap();
         let mut base = solvers::build(&scene(BASIN)).unwrap();
-        let alone = format!("name = 'x'\ndomain.size = [40, 20]\nsolver = {{ kind = 'procedural', spacing = 0.5, {WAVES} }}");
+        let alone = format!(
+            "name = 'x'\ndomain.size = [40, 20]\nsolver = {{ kind = 'procedural', spacing = 0.5, {WAVES} }}"
+        );
         let mut waves = solvers::build(&scene(&alone)).unwrap();
         for solver in [&mut both, &mut base, &mut waves] {
             solver.advance(0.7).unwrap();
@@ -411,7 +435,12 @@ mod tests {
     fn shores_stay_dry_and_troughs_keep_water() {
         // Ground from 2 m below to 2 m above the water, waves of 1.5 m over it.
         let dir = tempfile::tempdir().unwrap();
-        let rows = (0..3).map(|_| (0..41).map(|i| format!("{}", f64::from(i) * 0.1 - 2.0)).collect::<Vec<_>>().join(" "));
+        let rows = (0..3).map(|_| {
+            (0..41)
+                .map(|i| format!("{}", f64::from(i) * 0.1 - 2.0))
+                .collect::<Vec<_>>()
+                .join(" ")
+        });
         let grid = format!(
             "ncols 41\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n{}\n",
             rows.collect::<Vec<_>>().join("\n")
@@ -420,7 +449,8 @@ mod tests {
         let text = "name = 'x'\nterrain = { kind = 'ascii-grid', file = 'beach.asc' }\n\
             solver = { kind = 'shallow-water', spacing = 1 }\n[[layer]]\nfade_depth = 1.0\n\
             solver = { kind = 'procedural', spacing = 1, wave = [{ amplitude = 1.5, wavelength = 9 }] }";
-        let scene = Scene::from_toml(text, Path::new("test"), dir.path(), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let scene =
+            Scene::from_toml(text, Path::new("test"), dir.path(), &[]).unwrap_or_else(|e| panic!("{e}"));
         let solver = solvers::build(&scene).unwrap();
         let mut bare = scene.clone();
         bare.description.layers.clear();
@@ -444,7 +474,9 @@ mod tests {
     #[test]
     fn a_layer_may_be_finer_or_coarser_than_its_base() {
         let at = |spacing: f32| {
-            let text = format!("{BASIN}\n[[layer]]\nsolver = {{ kind = 'procedural', spacing = {spacing}, {WAVES} }}");
+            let text = format!(
+                "{BASIN}\n[[layer]]\nsolver = {{ kind = 'procedural', spacing = {spacing}, {WAVES} }}"
+            );
             frame(&*solvers::build(&scene(&text)).unwrap(), Channels::DISPLACEMENT)
         };
         let same = at(0.5);
@@ -458,7 +490,10 @@ mod tests {
         let text = "name = 'x'\ndomain.size = [8, 8]\nboundary = { x_min = 'periodic', x_max = 'periodic' }\n\
             solver = { kind = 'procedural', spacing = 0.5 }\n[[layer]]\nsolver = { kind = 'procedural', spacing = 0.3 }";
         let message = solvers::build(&scene(text)).err().unwrap().to_string();
-        assert!(message.contains("layer.0.solver.spacing") && message.contains("0.5 m"), "{message}");
+        assert!(
+            message.contains("layer.0.solver.spacing") && message.contains("0.5 m"),
+            "{message}"
+        );
     }
 
     #[test]

@@ -54,7 +54,9 @@ impl Ocean {
         if let Some(depth) = how.depth.filter(|d| height > *d) {
             return Err(BuildError::impossible(
                 "solver.depth",
-                format!("a sea of {height:.3} m significant height in {depth} m of water would have broken long ago"),
+                format!(
+                    "a sea of {height:.3} m significant height in {depth} m of water would have broken long ago"
+                ),
                 "give more depth or less wind; of the spectra only \"tma\" loses height to the bed",
             ));
         }
@@ -173,7 +175,11 @@ fn check(how: &description::Ocean) -> Result<(), BuildError> {
         ))
     };
     if let Some(depth) = how.depth.filter(|d| !(d.is_finite() && *d > 0.0)) {
-        return refuse("depth", depth, "give a positive depth in metres, or leave it out for deep water");
+        return refuse(
+            "depth",
+            depth,
+            "give a positive depth in metres, or leave it out for deep water",
+        );
     }
     if !(0.0..=10.0).contains(&how.choppiness) {
         return refuse("choppiness", how.choppiness, "give 0 to 10");
@@ -184,7 +190,11 @@ fn check(how: &description::Ocean) -> Result<(), BuildError> {
     if let Some(foam) = how.foam
         && !(foam.threshold.is_finite() && foam.growth >= 0.0 && foam.growth.is_finite() && foam.fade >= 1e-3)
     {
-        return refuse("foam.fade", foam.fade, "give at least 0.001 1/s, and finite numbers");
+        return refuse(
+            "foam.fade",
+            foam.fade,
+            "give at least 0.001 1/s, and finite numbers",
+        );
     }
     for (number, sea) in how.seas.iter().enumerate() {
         use description::Spectrum as S;
@@ -192,7 +202,11 @@ fn check(how: &description::Ocean) -> Result<(), BuildError> {
             S::Phillips { wind, height } => [wind, height, 1.0],
             S::PiersonMoskowitz { wind } => [wind, 0.0, 1.0],
             S::Jonswap { wind, fetch, gamma } | S::Tma { wind, fetch, gamma } => [wind, fetch, gamma],
-            S::Swell { height, period, gamma } => [height, period, gamma],
+            S::Swell {
+                height,
+                period,
+                gamma,
+            } => [height, period, gamma],
         };
         let spread = match sea.spreading {
             description::Spreading::CosinePower { exponent } => exponent,
@@ -201,7 +215,11 @@ fn check(how: &description::Ocean) -> Result<(), BuildError> {
         };
         let all = [values[0], values[1], values[2] - 1.0, spread, sea.direction.abs()];
         if let Some(bad) = all.into_iter().find(|v| !(v.is_finite() && *v >= 0.0)) {
-            return refuse(&format!("sea.{number}"), bad, "give finite numbers that are not negative");
+            return refuse(
+                &format!("sea.{number}"),
+                bad,
+                "give finite numbers that are not negative",
+            );
         }
     }
     Ok(())
@@ -266,7 +284,12 @@ fn plan(how: &description::Ocean, scene: &Scene, sea: &WaveField) -> Result<Vec<
     longer.sort_by(|a, b| b.total_cmp(a));
     let mut plans = Vec::new();
     let mut from = 0.0;
-    let next = |k: usize| longer.get(k + 1).copied().unwrap_or(spacing * f64::from(finest.min_element()));
+    let next = |k: usize| {
+        longer
+            .get(k + 1)
+            .copied()
+            .unwrap_or(spacing * f64::from(finest.min_element()))
+    };
     for (k, period) in longer.iter().enumerate() {
         let to = WAVES_A_PERIOD * TAU / next(k);
         let samples = fast(WAVES_A_PERIOD * SAMPLES_A_WAVE * period / next(k));

@@ -46,11 +46,7 @@ pub struct Lattice {
 
 /// FFT index `m` of `n` as a signed number.
 pub(super) fn signed(m: usize, n: usize) -> i64 {
-    if 2 * m > n {
-        m as i64 - n as i64
-    } else {
-        m as i64
-    }
+    if 2 * m > n { m as i64 - n as i64 } else { m as i64 }
 }
 
 /// Wave number of FFT index `m` of `n` along a period.
@@ -197,14 +193,7 @@ impl Lattice {
 }
 
 /// Draws row `m` of kx.
-fn draw_row(
-    cells: &[[f64; 2]],
-    dispersion: &Dispersion,
-    draw: &Draw,
-    m: usize,
-    w: usize,
-    h: usize,
-) -> Row {
+fn draw_row(cells: &[[f64; 2]], dispersion: &Dispersion, draw: &Draw, m: usize, w: usize, h: usize) -> Row {
     let mut row = Row {
         even: vec![Complex32::default(); h],
         odd: vec![Complex32::default(); h],

@@ -277,7 +277,10 @@ impl Solver for Ocean {
             foam.borrow_mut().at(time, &mut jacobian, grid.as_mut_slice());
         }
         if let Some(depth) = &mut out.depth {
-            let (elevation, rest) = (out.elevation.as_slice(), self.depth.unwrap_or(0.0) as f32 - self.level);
+            let (elevation, rest) = (
+                out.elevation.as_slice(),
+                self.depth.unwrap_or(0.0) as f32 - self.level,
+            );
             let ground = self.ground.as_ref().map(Grid::as_slice);
             for (k, depth) in depth.as_mut_slice().iter_mut().enumerate() {
                 *depth = ground
@@ -313,7 +316,11 @@ impl Solver for Ocean {
     }
 
     fn bytes(&self) -> u64 {
-        let cascades: u64 = self.cascades.iter().map(|c| c.patch.bytes() + c.place.bytes()).sum();
+        let cascades: u64 = self
+            .cascades
+            .iter()
+            .map(|c| c.patch.bytes() + c.place.bytes())
+            .sum();
         let work: u64 = self.work.borrow().iter().map(Work::bytes).sum();
         let ground = self.ground.as_ref().map_or(0, |g| 4 * g.spec().len() as u64);
         cascades + work + ground + self.foam.as_ref().map_or(0, |f| f.borrow().bytes())

@@ -235,7 +235,6 @@ impl Patch {
     fn turn(&self, time: f64, needs_waves: bool, needs_rates: bool, work: &mut Work) {
         let l = &self.lattice;
         let h = l.size.y as usize;
-        let quarter = h / 2 + 1;
         let rows = l.active_rows.max(1);
         let fit = |list: &mut Vec<Complex32>, wanted: bool| {
             list.resize(if wanted { rows * h } else { 0 }, Complex32::default());
@@ -499,7 +498,14 @@ mod tests {
                 patch.lattice.active_rows,
                 |m, first, second| {
                     let range = m * row..(m + 1) * row;
-                    multiply(field, &waves[range.clone()], kx(m), &patch.kz, &patch.per_k[range], first);
+                    multiply(
+                        field,
+                        &waves[range.clone()],
+                        kx(m),
+                        &patch.kz,
+                        &patch.per_k[range],
+                        first,
+                    );
                     second.fill(Complex32::default());
                 },
                 &mut out,
@@ -513,7 +519,10 @@ mod tests {
     fn nothing_depends_on_the_number_of_threads() {
         let patch = patch(UVec2::new(48, 40), Some(12.0));
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
             pool.install(|| samples(&patch, 7.25, &Group::pack(&ALL)))
         };
         assert_eq!(run(1), run(3));

@@ -7,7 +7,9 @@ use rustfft::num_complex::Complex32;
 use std::ops::{Add, Mul};
 
 /// A value that planes hold.
-pub(super) trait Sample: Copy + Default + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self> {
+pub(super) trait Sample:
+    Copy + Default + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
+{
     /// The samples of a plane of this type; none of a plane of the other.
     fn of(plane: &Plane) -> &[Self];
 }
@@ -32,7 +34,7 @@ impl Sample for Complex32 {
 
 /// Six neighbours along one axis and their weights.
 #[derive(Clone, Copy, Debug)]
-struct Taps {
+pub(super) struct Taps {
     /// First neighbour, in 0..n; the others follow, wrapped.
     first: usize,
     weights: [f32; 6],

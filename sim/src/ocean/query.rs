@@ -1,8 +1,8 @@
 //! The surface at any point and time: exact, as the sum of all waves, or from the samples of one time.
 
+use super::Ocean;
 use super::lattice::wave_number;
 use super::patch::{Field, Group, Patch, Plane, per_wave_number};
-use super::Ocean;
 use glam::{DMat2, DVec2, DVec3, UVec2};
 use rustfft::num_complex::Complex32;
 use std::f64::consts::TAU;
@@ -155,8 +155,7 @@ impl Ocean {
             sums
         };
         let close = 1e-9 * f64::from(self.spec.spacing);
-        displaced_to(position, self.choppiness, close, exact)
-            .point(f64::from(self.level), self.choppiness)
+        displaced_to(position, self.choppiness, close, exact).point(f64::from(self.level), self.choppiness)
     }
 
     /// The sea at `time`, for any number of points at about a microsecond each.

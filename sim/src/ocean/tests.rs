@@ -22,7 +22,8 @@ fn build(text: &str) -> Result<Ocean, BuildError> {
     Ocean::from_scene(&scene(text))
 }
 
-const PERIODIC: &str = "boundary = { x_min = 'periodic', x_max = 'periodic', z_min = 'periodic', z_max = 'periodic' }";
+const PERIODIC: &str =
+    "boundary = { x_min = 'periodic', x_max = 'periodic', z_min = 'periodic', z_max = 'periodic' }";
 const OPEN: &str = "boundary = { x_min = 'open', x_max = 'open', z_min = 'open', z_max = 'open' }";
 
 /// An ocean of `samples`² on `size` metres.
@@ -135,7 +136,10 @@ fn the_significant_wave_height_is_that_of_the_spectrum_for_every_spectrum_and_sp
                 "{component:?}: bands hold {expected} of {truth}"
             );
             let height = (measured / truth).sqrt();
-            assert!((height - 1.0).abs() < 0.01, "{component:?}: Hs is {height} of what it should be");
+            assert!(
+                (height - 1.0).abs() < 0.01,
+                "{component:?}: Hs is {height} of what it should be"
+            );
         }
     }
 }
@@ -215,7 +219,11 @@ fn frames_give_the_spectrum_and_the_significant_period_back() {
         assert!((ratio - 1.0).abs() < 0.06, "band {band}: {ratio}");
     }
     let truth = moment(&spectrum, -1, edges[0], edges[7]) / moment(&spectrum, 0, edges[0], edges[7]);
-    assert!((energy / variance / truth - 1.0).abs() < 0.01, "{}", energy / variance / truth);
+    assert!(
+        (energy / variance / truth - 1.0).abs() < 0.01,
+        "{}",
+        energy / variance / truth
+    );
 }
 
 #[test]
@@ -318,7 +326,10 @@ fn slopes_are_differences_of_heights_and_the_jacobian_is_the_area_that_is_left()
         plane(&ocean, 4.0, Field::DisplacementX),
         plane(&ocean, 4.0, Field::DisplacementZ),
     );
-    let (sx, sz) = (plane(&ocean, 4.0, Field::SlopeX), plane(&ocean, 4.0, Field::SlopeZ));
+    let (sx, sz) = (
+        plane(&ocean, 4.0, Field::SlopeX),
+        plane(&ocean, 4.0, Field::SlopeZ),
+    );
     let mut j_field = Vec::new();
     ocean.jacobian(4.0, &mut j_field);
     let rms = (sx.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / sx.len() as f64).sqrt();
@@ -366,7 +377,11 @@ fn cascades_beside_each_other_are_the_sum_of_their_waves() {
 fn a_window_on_a_long_swell_needs_no_cascade_named() {
     // A boat's length of a 126 m swell: without longer patches it would be flat.
     let swell = ocean(20.0, 40, OPEN, "", SWELL);
-    assert!(swell.significant_height() > 1.98, "{}", swell.significant_height());
+    assert!(
+        swell.significant_height() > 1.98,
+        "{}",
+        swell.significant_height()
+    );
     assert!(swell.bands().count() > 1);
     // A periodic domain holds the waves that fit it and no other.
     let basin = ocean(20.0, 40, PERIODIC, "", SWELL);
@@ -385,8 +400,14 @@ fn the_sampled_surface_is_the_exact_one() {
         // Inside the domain and a long way beyond it.
         let x = DVec2::new(37.3 * k - 1000.0, 211.7 * k + 5.1);
         let (exact, near) = (ocean.surface_at(x, time), sampled.surface_at(x));
-        assert!((exact.height - near.height).abs() < 0.02 * height, "{k}: {exact:?} {near:?}");
-        assert!((exact.velocity - near.velocity).length() < 0.05 * height, "{k}: {exact:?} {near:?}");
+        assert!(
+            (exact.height - near.height).abs() < 0.02 * height,
+            "{k}: {exact:?} {near:?}"
+        );
+        assert!(
+            (exact.velocity - near.velocity).length() < 0.05 * height,
+            "{k}: {exact:?} {near:?}"
+        );
         assert!(exact.normal.dot(near.normal) > 0.98, "{k}: {exact:?} {near:?}");
         assert!(exact.normal.y > 0.5 && exact.jacobian > 0.0);
     }
@@ -436,14 +457,20 @@ fn foam_comes_with_storm_and_depends_on_time_alone() {
 
 #[test]
 fn extremes_are_refused_clearly_or_stay_sane() {
-    let jonswap = |wind: f64, fetch: f64| format!("sea = [{{ kind = 'jonswap', wind = {wind}, fetch = {fetch} }}]");
+    let jonswap =
+        |wind: f64, fetch: f64| format!("sea = [{{ kind = 'jonswap', wind = {wind}, fetch = {fetch} }}]");
     let tma = |wind: f64| format!("sea = [{{ kind = 'tma', wind = {wind}, fetch = 100000 }}]");
     let cases = [
         (100.0, "", String::new(), false),
         (100.0, "", jonswap(0.0, 1e5), false),
         (100.0, "", jonswap(10.0, 0.0), false),
         (100.0, "", jonswap(60.0, 1e6), true),
-        (100.0, "choppiness = 10.0\nfoam = { growth = 1000.0 }", jonswap(60.0, 1e4), true),
+        (
+            100.0,
+            "choppiness = 10.0\nfoam = { growth = 1000.0 }",
+            jonswap(60.0, 1e4),
+            true,
+        ),
         (0.2, "depth = 0.001", tma(0.3), true),
         (1.0, "depth = 10000.0", tma(10.0), true),
         (1.0, "", jonswap(10.0, 1e5), true),
@@ -475,14 +502,32 @@ fn extremes_are_refused_clearly_or_stay_sane() {
         }
     }
     let refused = |rest: &str, seas: &str, words: &[&str]| {
-        let text = format!("domain.size = [100, 100]\n{OPEN}\n[solver]\nkind = 'ocean'\nspacing = 1\n{rest}\n{seas}");
+        let text = format!(
+            "domain.size = [100, 100]\n{OPEN}\n[solver]\nkind = 'ocean'\nspacing = 1\n{rest}\n{seas}"
+        );
         let message = build(&text).err().unwrap_or_else(|| panic!("{text}")).to_string();
         assert!(words.iter().all(|w| message.contains(w)), "{message}");
     };
-    refused("depth = 0.001", &jonswap(20.0, 1e5), &["solver.depth", "broken", "tma"]);
-    refused("cascade = [{ period = 5 }]", &jonswap(20.0, 1e5), &["solver.cascade", "16 samples"]);
-    refused("cascade = [{ period = 1e9 }, { period = 50 }]", &jonswap(20.0, 1e5), &["samples", "coarser"]);
-    refused("cascade = [{ period = 50 }, { period = 50 }]", &jonswap(20.0, 1e5), &["too near"]);
+    refused(
+        "depth = 0.001",
+        &jonswap(20.0, 1e5),
+        &["solver.depth", "broken", "tma"],
+    );
+    refused(
+        "cascade = [{ period = 5 }]",
+        &jonswap(20.0, 1e5),
+        &["solver.cascade", "16 samples"],
+    );
+    refused(
+        "cascade = [{ period = 1e9 }, { period = 50 }]",
+        &jonswap(20.0, 1e5),
+        &["samples", "coarser"],
+    );
+    refused(
+        "cascade = [{ period = 50 }, { period = 50 }]",
+        &jonswap(20.0, 1e5),
+        &["too near"],
+    );
 }
 
 #[test]
@@ -530,5 +575,9 @@ fn energy_is_half_that_of_the_surface_and_does_not_change() {
         // A swell towards −30° carries momentum there.
         assert!(before.momentum[0] > 0.0 && before.momentum[1] < 0.0);
     }
-    assert!((potential / whole / 0.5 - 1.0).abs() < 0.03, "{}", potential / whole);
+    assert!(
+        (potential / whole / 0.5 - 1.0).abs() < 0.03,
+        "{}",
+        potential / whole
+    );
 }

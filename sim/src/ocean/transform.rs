@@ -77,12 +77,7 @@ impl Transform {
 
     /// Transforms one real field into `out`, row-major with x fastest. `fill(m, row)` writes row `m` (kx = m) of its half
     /// spectrum for `m < active`; rows beyond are zero.
-    pub fn real(
-        &mut self,
-        active: usize,
-        fill: impl Fn(usize, &mut [Complex32]) + Sync,
-        out: &mut Vec<f32>,
-    ) {
+    pub fn real(&mut self, active: usize, fill: impl Fn(usize, &mut [Complex32]) + Sync, out: &mut Vec<f32>) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
         self.spectrum.resize((width * height).max(half * height), ZERO);
         self.turned.resize(width.max(half) * height, ZERO);

@@ -84,7 +84,11 @@ fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> anyhow::Result<T> 
 
 fn heights(quick: bool) -> Case {
     let mut runs = Vec::new();
-    let counts: &[u32] = if quick { &[32, 64, 128, 256] } else { &[32, 64, 128, 256, 512] };
+    let counts: &[u32] = if quick {
+        &[32, 64, 128, 256]
+    } else {
+        &[32, 64, 128, 256, 512]
+    };
     for (method, edge) in [("one patch", "periodic"), ("cascades", "open")] {
         for &samples in counts {
             runs.push(Run::new(method, f64::from(samples), move |probe| {
@@ -116,7 +120,13 @@ fn heights(quick: bool) -> Case {
 
 fn spectra() -> [(&'static str, Spectrum); 5] {
     [
-        ("phillips", Spectrum::Phillips { wind: 10.0, height: 2.0 }),
+        (
+            "phillips",
+            Spectrum::Phillips {
+                wind: 10.0,
+                height: 2.0,
+            },
+        ),
         ("pierson-moskowitz", Spectrum::PiersonMoskowitz { wind: 10.0 }),
         (
             "jonswap",
@@ -215,11 +225,18 @@ fn forty_draws(spectrum: Spectrum, spreading: Spreading, probe: &mut Probe) -> a
             }
         }
     }
-    Ok(Outcome::of(HEIGHT, ((variance / sea.variance()).sqrt() - 1.0).abs()))
+    Ok(Outcome::of(
+        HEIGHT,
+        ((variance / sea.variance()).sqrt() - 1.0).abs(),
+    ))
 }
 
 fn points(quick: bool) -> Case {
-    let counts: &[u32] = if quick { &[64, 128, 256] } else { &[64, 128, 256, 512] };
+    let counts: &[u32] = if quick {
+        &[64, 128, 256]
+    } else {
+        &[64, 128, 256, 512]
+    };
     let runs = counts.iter().map(|&samples| {
         Run::new("cubic, from the samples", f64::from(samples), move |probe| {
             let (_, ocean) = ocean(300.0, samples, "periodic", WIND_SEA)?;
@@ -227,7 +244,9 @@ fn points(quick: bool) -> Case {
             let time = 1e5;
             let sampled = probe.time(|| {
                 let snapshot = ocean.snapshot(time);
-                (0..1000).map(|k| snapshot.surface_at(place(k)).height).collect::<Vec<_>>()
+                (0..1000)
+                    .map(|k| snapshot.surface_at(place(k)).height)
+                    .collect::<Vec<_>>()
             });
             let worst = (0..16)
                 .map(|k| (ocean.surface_at(place(60 * k), time).height - sampled[60 * k as usize]).abs())
@@ -273,29 +292,33 @@ fn costs(quick: bool) -> Case {
                 Ok(Outcome::of(POINT, 0.0))
             }));
         }
-        runs.push(Run::new("frame, elevation and displacement", resolution, move |probe| {
-            let (scene, mut ocean) = ocean(resolution, samples, "periodic", WIND_SEA)?;
-            let mut frame = Frame::new(scene.grid);
-            ocean.extract(Channels::DISPLACEMENT, &mut frame);
-            let (moving, out) = (&mut ocean, &mut frame);
-            on_one_thread(|| {
-                probe.time(|| {
-                    for _ in 0..FRAMES {
-                        // A step cannot fail: it is positive and finite.
-                        let _ = moving.advance(0.04);
-                        moving.extract(Channels::DISPLACEMENT, out);
-                    }
-                });
-            })?;
-            let mut worst = 0.0_f64;
-            for k in [3, 77, 200] {
-                let moved = frame.displacement.as_ref().context("no displacement")?[(k, 255 - k)];
-                let place = (scene.grid.position(k, 255 - k) + moved).as_dvec2();
-                let exact = ocean.surface_at(place, ocean.time()).height;
-                worst = worst.max((exact - f64::from(frame.elevation[(k, 255 - k)])).abs());
-            }
-            Ok(Outcome::of(POINT, worst / ocean.significant_height()))
-        }));
+        runs.push(Run::new(
+            "frame, elevation and displacement",
+            resolution,
+            move |probe| {
+                let (scene, mut ocean) = ocean(resolution, samples, "periodic", WIND_SEA)?;
+                let mut frame = Frame::new(scene.grid);
+                ocean.extract(Channels::DISPLACEMENT, &mut frame);
+                let (moving, out) = (&mut ocean, &mut frame);
+                on_one_thread(|| {
+                    probe.time(|| {
+                        for _ in 0..FRAMES {
+                            // A step cannot fail: it is positive and finite.
+                            let _ = moving.advance(0.04);
+                            moving.extract(Channels::DISPLACEMENT, out);
+                        }
+                    });
+                })?;
+                let mut worst = 0.0_f64;
+                for k in [3, 77, 200] {
+                    let moved = frame.displacement.as_ref().context("no displacement")?[(k, 255 - k)];
+                    let place = (scene.grid.position(k, 255 - k) + moved).as_dvec2();
+                    let exact = ocean.surface_at(place, ocean.time()).height;
+                    worst = worst.max((exact - f64::from(frame.elevation[(k, 255 - k)])).abs());
+                }
+                Ok(Outcome::of(POINT, worst / ocean.significant_height()))
+            },
+        ));
         runs.push(Run::new("eight fields", resolution, move |probe| {
             let draw = Draw {
                 period: DVec2::splat(resolution),
