@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::scene::description::{Edge, Initial, Motion, Solver as Choice};
 use crate::solver::{Solver, StepError, StepReport};
 use crate::solvers::{self, BuildError};
-use glam::{BVec2, UVec2, Vec2};
+use glam::{BVec2, UVec2};
 use std::cell::RefCell;
 use std::ops::{Add, Mul};
 
@@ -383,6 +383,7 @@ impl Resample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec2;
     use std::path::Path;
 
     fn scene(text: &str) -> Scene {

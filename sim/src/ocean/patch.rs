@@ -235,7 +235,6 @@ impl Patch {
     fn turn(&self, time: f64, needs_waves: bool, needs_rates: bool, work: &mut Work) {
         let l = &self.lattice;
         let h = l.size.y as usize;
-        let quarter = h / 2 + 1;
         let rows = l.active_rows.max(1);
         let fit = |list: &mut Vec<Complex32>, wanted: bool| {
             list.resize(if wanted { rows * h } else { 0 }, Complex32::default());

@@ -34,7 +34,7 @@ impl Sample for Complex32 {
 
 /// Six neighbours along one axis and their weights.
 #[derive(Clone, Copy, Debug)]
-struct Taps {
+pub(super) struct Taps {
     /// First neighbour, in 0..n; the others follow, wrapped.
     first: usize,
     weights: [f32; 6],

@@ -73,13 +73,12 @@ fn ocean(size: f64, samples: u32, edge: &str, sea: &str) -> anyhow::Result<(Scen
 /// Significant height of 1.8 m, peak wavelength of 56 m.
 const WIND_SEA: &str = "{ kind = \"jonswap\", wind = 10.0, fetch = 100000.0, direction = 25.0 }";
 
-/// Runs on one thread, so that CPU time is that of the work alone.
-fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new()
+/// One thread to run on, so that CPU time is that of the work alone.
+fn one_thread() -> anyhow::Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
-        .context("no thread to measure on")?;
-    Ok(pool.install(work))
+        .context("no thread to measure on")
 }
 
 fn heights(quick: bool) -> Case {
@@ -97,7 +96,8 @@ fn heights(quick: bool) -> Case {
                 for _ in 0..FRAMES {
                     ocean.advance(0.04)?;
                     let (ocean, frame) = (&mut ocean, &mut frame);
-                    on_one_thread(|| probe.time(|| ocean.extract(Channels::DISPLACEMENT, frame)))?;
+                    let pool = one_thread()?;
+                    probe.time(|| pool.install(move || ocean.extract(Channels::DISPLACEMENT, frame)));
                 }
                 Ok(Outcome::of(
                     HEIGHT,
@@ -286,9 +286,10 @@ fn costs(quick: bool) -> Case {
             runs.push(Run::new(method, resolution, move |probe| {
                 let mut transform = Transform::new(UVec2::splat(samples));
                 transform.alone(real, complex);
-                on_one_thread(|| {
-                    probe.time(|| (0..FRAMES).for_each(|_| transform.alone(real, complex)));
-                })?;
+                let (pool, transform) = (one_thread()?, &mut transform);
+                probe.time(|| {
+                    pool.install(move || (0..FRAMES).for_each(|_| transform.alone(real, complex)));
+                });
                 Ok(Outcome::of(POINT, 0.0))
             }));
         }
@@ -300,15 +301,16 @@ fn costs(quick: bool) -> Case {
                 let mut frame = Frame::new(scene.grid);
                 ocean.extract(Channels::DISPLACEMENT, &mut frame);
                 let (moving, out) = (&mut ocean, &mut frame);
-                on_one_thread(|| {
-                    probe.time(|| {
+                let pool = one_thread()?;
+                probe.time(|| {
+                    pool.install(move || {
                         for _ in 0..FRAMES {
                             // A step cannot fail: it is positive and finite.
                             let _ = moving.advance(0.04);
                             moving.extract(Channels::DISPLACEMENT, out);
                         }
                     });
-                })?;
+                });
                 let mut worst = 0.0_f64;
                 for k in [3, 77, 200] {
                     let moved = frame.displacement.as_ref().context("no displacement")?[(k, 255 - k)];
@@ -337,13 +339,14 @@ fn costs(quick: bool) -> Case {
             let patch = Patch::new(lattice, f64::INFINITY);
             let mut work = patch.work();
             patch.synthesise(0.0, &EIGHT, &mut work);
-            on_one_thread(|| {
-                probe.time(|| {
+            let (pool, work) = (one_thread()?, &mut work);
+            probe.time(|| {
+                pool.install(move || {
                     for k in 0..FRAMES {
-                        patch.synthesise(0.04 * f64::from(k), &EIGHT, &mut work);
+                        patch.synthesise(0.04 * f64::from(k), &EIGHT, work);
                     }
                 });
-            })?;
+            });
             Ok(Outcome::of(POINT, 0.0))
         }));
     }

@@ -58,7 +58,7 @@ fn lifetime() -> f64 {
 }
 
 fn fetch() -> f64 {
-    100.0
+    1000.0
 }
 
 impl Detail {
