@@ -37,6 +37,11 @@ pub fn available() -> Vec<SolverInfo> {
             summary: "shallow-water equations: floods, dam breaks, moving shorelines",
             compiled: cfg!(feature = "shallow-water"),
         },
+        SolverInfo {
+            name: "sph",
+            summary: "water in a tank as particles: breaking, splashing, pouring; from water to honey",
+            compiled: cfg!(feature = "sph"),
+        },
     ]
 }
 
@@ -98,6 +103,7 @@ pub fn name_of(choice: &Choice) -> &'static str {
         Choice::WaveEquation(_) => "wave-equation",
         Choice::Procedural(_) => "procedural",
         Choice::ShallowWater(_) => "shallow-water",
+        Choice::Sph(_) => "sph",
     }
 }
 
@@ -113,6 +119,8 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         Choice::Procedural(_) => Ok(Box::new(crate::procedural::Procedural::from_scene(scene)?)),
         #[cfg(feature = "shallow-water")]
         Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
+        #[cfg(feature = "sph")]
+        Choice::Sph(_) => Ok(Box::new(crate::sph::Sph::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
         other => Err(BuildError::NotCompiled {
             solver: name_of(other),

@@ -22,6 +22,8 @@ mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+#[cfg(feature = "sph")]
+mod sph;
 mod stability;
 mod truth;
 mod wave_equation;
@@ -128,6 +130,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &wave_equation::WaveEquationStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
+        #[cfg(feature = "sph")]
+        &sph::SphStudy,
         &stability::StabilityStudy,
     ]
 }

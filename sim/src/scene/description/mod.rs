@@ -11,6 +11,7 @@ mod procedural;
 mod seed_text;
 mod shallow_water;
 mod solver;
+mod sph;
 mod water;
 mod wave_equation;
 
@@ -23,6 +24,7 @@ pub use object::{Motion, Object, Shape, WayPoint};
 pub use procedural::{Procedural, Wave};
 pub use shallow_water::{ShallowWater, ShallowWaterScheme};
 pub use solver::Solver;
+pub use sph::{Drain, Emitter, Sph, SphDroplets, SphModel, SphSurface, SphWalls, Tilt, Vessel};
 pub use water::{Initial, Water};
 pub use wave_equation::{WaveEquation, WaveScheme};
 

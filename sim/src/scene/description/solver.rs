@@ -1,6 +1,6 @@
 //! The table `[solver]`: which method moves the water.
 
-use super::{Procedural, ShallowWater, WaveEquation};
+use super::{Procedural, ShallowWater, Sph, WaveEquation};
 use serde::{Deserialize, Serialize};
 
 /// The method that moves the water.
@@ -13,6 +13,8 @@ pub enum Solver {
     Procedural(Procedural),
     /// Shallow-water equations.
     ShallowWater(ShallowWater),
+    /// Water in a tank as particles.
+    Sph(Sph),
 }
 
 impl Solver {
@@ -22,6 +24,7 @@ impl Solver {
             Self::WaveEquation(s) => s.spacing,
             Self::Procedural(s) => s.spacing,
             Self::ShallowWater(s) => s.spacing,
+            Self::Sph(s) => s.spacing,
         }
     }
 }
