@@ -1,8 +1,8 @@
 //! Walls, ground and obstacles: what share of a particle's kernel they fill, and that nothing passes them.
 //!
 //! Every boundary is known by its distance. A particle at distance z from one has the share L(z) of its kernel filled
-//! by it, as by the plane that touches there ([`CubicSpline::wall`]; density maps after Koschier & Bender 2017, with
-//! sheets in place of their integral). Boundaries that meet multiply what they leave free: 1 − λ = Π (1 − L). In the edge
+//! by it, as by the plane that touches there ([`CubicSpline::wall`]; after the density maps of Koschier & Bender 2017,
+//! with mirrored layers in place of their integral). Boundaries that meet multiply what they leave free: 1 − λ = Π (1 − L). In the edge
 //! and the corner of a box that is within 0.3 and 1.2 % of a lattice of particles that goes on beyond its walls.
 
 use super::kernel::CubicSpline;
@@ -202,7 +202,7 @@ pub(crate) struct WallTable {
 
 impl WallTable {
     pub(crate) fn new(kernel: &CubicSpline, spacing: f32) -> Self {
-        let reach = kernel.support() - 0.5 * spacing;
+        let reach = 0.5 * kernel.support();
         let step = reach / ENTRIES as f32;
         Self {
             reach,
@@ -229,8 +229,8 @@ impl WallTable {
             let (share, slope) = self.at(distance);
             meeting.add(share, slope * normal, slope * normal.dot(velocity), opposite);
             if sticks {
-                // The wall's sheet moves against the water as the water against the wall, mirrored.
-                let friction = 2.0 * slope.abs() / distance.max(0.25 * self.spacing);
+                // The mirrored layer moves against the water as the water against the wall.
+                let friction = slope.abs() / distance.max(0.25 * self.spacing);
                 drag += friction;
                 dragged += friction * velocity;
             }

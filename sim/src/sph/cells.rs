@@ -45,7 +45,7 @@ impl Cells {
             };
             size = glam::DVec3::new(cut(size.x), cut(size.y), cut(size.z));
         }
-        self.size = size.as_uvec3();
+        self.size = size.as_uvec3().max(UVec3::ONE);
         let cells = self.size.x as usize * self.size.y as usize * self.size.z as usize;
         self.cell.resize(n, 0);
         let (grid, low, inverse) = (self.size, self.low, self.inverse);

@@ -3,9 +3,9 @@
 //! Bender & Koschier 2015, 2017. With particles of equal volume V, g_ij = V ∇W(x_i − x_j) and G_i the gradient of the
 //! share that boundaries fill, a pressure over density p gives the acceleration
 //!
-//!   a_i = −Σ_j (p_i + p_j) g_ij − 2 p_i G_i
+//!   a_i = −Σ_j (p_i + p_j) g_ij − p_i G_i
 //!
-//! (a boundary mirrors the pressure of the particle before it), and accelerations change the density ratio at the rate
+//! and accelerations change the density ratio at the rate
 //! Σ_j g_ij · (a_i − a_j) + G_i · a_i. Jacobi steps relaxed by ½ find p ≥ 0 for which no particle is (or becomes) denser
 //! than at rest. Pressures of the last step are the first guess. Pairs get opposite impulses along their line, so linear
 //! and angular momentum are kept whatever the iteration has reached.
@@ -58,7 +58,7 @@ pub(super) fn prepare(fluid: &mut Fluid) {
         }
         let touch = &touch[near.i];
         let sum = sum.truncate();
-        let diagonal = (sum + 2.0 * touch.gradient).dot(sum + touch.gradient) + square;
+        let diagonal = (sum + touch.gradient).length_squared() + square;
         [
             density + touch.share,
             1.0 / diagonal.max(LEAST_DIAGONAL / (d * d)),
@@ -97,7 +97,7 @@ fn accelerations(
         for (j, g) in near.pairs() {
             sum -= (p + pressure[j]) * g;
         }
-        (sum.truncate() - 2.0 * p * touch[near.i].gradient).extend(0.0)
+        (sum.truncate() - p * touch[near.i].gradient).extend(0.0)
     });
 }
 

@@ -66,15 +66,17 @@ impl CubicSpline {
 
     /// What a plane wall at distance `z` contributes to the density ratio of a particle, and its derivative in 1/m.
     ///
-    /// The wall is a half-space of sheets of the particles' own `spacing`, the first half a spacing behind its
-    /// surface, each smeared evenly over its plane. A lattice that begins half a spacing before the wall then has the
-    /// density ratio 1 and no pressure gradient, and nothing changes along the wall: water slides on it.
+    /// The wall mirrors the particle's own layer and those behind it, each `spacing` farther away and smeared evenly over
+    /// its plane: L(z) = d Σ_k A(2z + k d) with A the kernel's integral over a plane. A lattice that begins half a
+    /// spacing before the wall then has the density ratio 1; the push p L′ of a pressure p is that of mirrored
+    /// particles of the same pressure, so a level pressure is in balance; and since it is the derivative of the density,
+    /// a wall at rest does no work. Nothing changes along the wall: water slides on it.
     pub(crate) fn wall(&self, spacing: f32, z: f32) -> (f32, f32) {
         let (mut share, mut slope) = (0.0, 0.0);
-        let mut s = z.max(0.0) + 0.5 * spacing;
+        let mut s = 2.0 * z.max(0.0);
         while s < self.support {
             share += spacing * self.over_plane(s);
-            slope += spacing * self.over_plane_slope(s);
+            slope += 2.0 * spacing * self.over_plane_slope(s);
             s += spacing;
         }
         (share, slope)
@@ -200,7 +202,11 @@ mod tests {
                 "layer {layer}: {}",
                 density + share
             );
-            assert!((pull + slope).abs() * d < 0.02, "layer {layer}: {pull} {slope}");
+            // The pressures of both particles of a pair push, of the wall its mirrored one.
+            assert!(
+                (2.0 * pull + slope).abs() * d < 0.04,
+                "layer {layer}: {pull} {slope}"
+            );
         }
         let (dz, z) = (1e-4, 0.04);
         let ((a, slope), (b, _)) = (kernel.wall(d, z), kernel.wall(d, z + dz));

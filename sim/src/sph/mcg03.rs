@@ -73,7 +73,7 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
         }
         // A wall mirrors the pressure of the particle before it.
         let touch = &touch[i];
-        let mut a = (push + drag).truncate() / density[i] - p / density[i] * touch.gradient;
+        let mut a = (push + drag).truncate() / density[i] - 0.5 * p / density[i] * touch.gradient;
         if tension > 0.0 && touch.share == 0.0 && colour.length() * d > INSIDE {
             a -= tension / density[i] * curvature * colour.truncate().normalize_or_zero();
         }

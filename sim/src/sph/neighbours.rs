@@ -1,11 +1,15 @@
 //! Lists of neighbours with what every pass needs of a pair, made once a step.
 
 use super::cells::Cells;
+use crate::rng::Rng;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Particles whose lists lie together. Fixed: sums over blocks are folded in their order.
 pub(crate) const BLOCK: usize = 256;
+
+/// Distance over the support below which two particles stand in one place.
+const COINCIDENT: f32 = 1e-3;
 
 /// Neighbours of consecutive particles.
 #[derive(Debug, Default)]
@@ -60,6 +64,7 @@ impl Neighbours {
         let blocks = positions.len().div_ceil(BLOCK);
         self.blocks.resize_with(blocks, Block::default);
         let square = support * support;
+        let coincident = COINCIDENT * COINCIDENT * square;
         self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
             let end = ((b + 1) * BLOCK).min(positions.len());
             block.start.clear();
@@ -71,9 +76,13 @@ impl Neighbours {
                 let found = near(block, cells, positions, i, square);
                 for k in 0..found {
                     let j = block.near[k];
-                    let x = (p - positions[j as usize]).truncate();
+                    let x = if block.square[k] > coincident {
+                        (p - positions[j as usize]).truncate()
+                    } else {
+                        apart(i, j as usize) * coincident.sqrt()
+                    };
                     block.index.push(j);
-                    block.pair.push(pair(x, block.square[k]));
+                    block.pair.push(pair(x, block.square[k].max(coincident)));
                 }
                 block.start.push(block.index.len() as u32);
             }
@@ -141,6 +150,14 @@ impl Block {
             pair: &self.pair[range],
         }
     }
+}
+
+/// A direction in which two particles in one place part: of chance, but the same for any run, and opposite for both.
+fn apart(i: usize, j: usize) -> Vec3 {
+    let mut rng = Rng::new(i.min(j) as u64, i.max(j) as u64);
+    let mut side = || rng.uniform_f32() - 0.5;
+    let direction = Vec3::new(side(), side(), side()).normalize_or(Vec3::X);
+    if i < j { direction } else { -direction }
 }
 
 /// Lists in `block.near` what is within reach of particle `i`, without a branch a candidate, since which are near is

@@ -145,7 +145,9 @@ impl Sph {
         let (low, high) = (self.spec.origin, self.spec.origin + self.spec.extent());
         let count = |length: f32| ((length / d).round() as usize).max(1);
         let (nx, nz) = (count(high.x - low.x), count(high.y - low.y));
-        // Stretched so that the lattice fits the tank from wall to wall; a thin tank gets one layer.
+        // Stretched along X and Z so that the lattice fits the tank from wall to wall (a thin tank gets one layer), and
+        // along Y the other way, so that each particle stands for its own volume.
+        let height = d * d * d * (nx * nz) as f32 / ((high.x - low.x) * (high.y - low.y));
         let place =
             |k: usize, n: usize, low: f32, high: f32| low + (k as f32 + 0.5) * (high - low) / n as f32;
         let centre = 0.5 * (low + high);
@@ -159,9 +161,9 @@ impl Sph {
                 top = top.max(surface(at));
             }
         }
-        let layers = ((top - bottom) / d).ceil().max(0.0) as usize;
+        let layers = ((top - bottom) / height).ceil().max(0.0) as usize;
         for k in 0..layers {
-            let y = bottom + d * (k as f32 + 0.5);
+            let y = bottom + height * (k as f32 + 0.5);
             for j in 0..nz {
                 for i in 0..nx {
                     let at = Vec2::new(place(i, nx, low.x, high.x), place(j, nz, low.y, high.y));
