@@ -80,6 +80,7 @@ impl Cells {
     }
 
     /// Old number of each particle, in the new order.
+    #[cfg(test)]
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }

@@ -127,11 +127,6 @@ impl Neighbours {
         partial.iter().sum()
     }
 
-    /// Number of pairs, each counted twice.
-    pub(crate) fn pairs(&self) -> usize {
-        self.blocks.iter().map(|b| b.index.len()).sum()
-    }
-
     pub(crate) fn bytes(&self) -> usize {
         self.blocks
             .iter()

@@ -1,5 +1,6 @@
 //! Well-balanced MUSCL-Hancock finite volumes: the grid in tiles, tiles in bands, bands over threads.
 
+mod exchange;
 mod kernels;
 mod tile;
 
@@ -350,14 +351,6 @@ impl<T: Real> FiniteVolume<T> {
             };
             tile.awake = at_driven_edge
                 || beside(j, h, wraps[1]).any(|j| beside(i, w, wraps[0]).any(|i| alive[j * w + i]));
-        }
-    }
-
-    /// Coarsens the quantum where water `rise` deeper than the deepest would outgrow it.
-    pub(crate) fn make_room(&mut self, rise: f64) {
-        let deepest = self.deepest() + rise;
-        if deepest >= self.quantum.depth_limit::<T>() {
-            self.coarsen(deepest);
         }
     }
 
