@@ -36,6 +36,8 @@ pub mod shallow_water;
 pub mod solver;
 pub mod solvers;
 pub mod source;
+#[cfg(feature = "sph")]
+pub mod sph;
 pub mod terrain;
 #[cfg(feature = "wave-equation")]
 pub mod wave_equation;

@@ -47,6 +47,11 @@ pub fn available() -> Vec<SolverInfo> {
             summary: "fronts of wave particles: rings, wakes, reflection at walls and shores, no step limit",
             compiled: cfg!(feature = "wave-particles"),
         },
+        SolverInfo {
+            name: "sph",
+            summary: "water in a tank as particles: breaking, splashing, pouring; from water to honey",
+            compiled: cfg!(feature = "sph"),
+        },
     ]
 }
 
@@ -113,6 +118,7 @@ pub fn name_of(choice: &Choice) -> &'static str {
         Choice::ShallowWater(_) => "shallow-water",
         Choice::Ocean(_) => "ocean",
         Choice::WaveParticles(_) => "wave-particles",
+        Choice::Sph(_) => "sph",
     }
 }
 
@@ -144,6 +150,8 @@ fn build_base(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         Choice::Ocean(_) => Ok(Box::new(crate::ocean::Ocean::from_scene(scene)?)),
         #[cfg(feature = "wave-particles")]
         Choice::WaveParticles(_) => Ok(Box::new(crate::wave_particles::WaveParticles::from_scene(scene)?)),
+        #[cfg(feature = "sph")]
+        Choice::Sph(_) => Ok(Box::new(crate::sph::Sph::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]
         other => Err(BuildError::NotCompiled {
             solver: name_of(other),

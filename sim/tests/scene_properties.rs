@@ -285,7 +285,7 @@ impl Draw {
 
     fn solver(&mut self) -> Solver {
         let spacing = self.length();
-        match self.below(4) {
+        match self.below(5) {
             0 => Solver::WaveEquation(WaveEquation {
                 spacing,
                 scheme: if self.flip() {
@@ -323,6 +323,53 @@ impl Draw {
                     threshold: d.wide(-10.0, 1.0),
                     growth: d.wide(0.0, 1e3),
                     fade: d.wide(0.001, 1e3),
+                }),
+            }),
+            3 => Solver::Sph(Sph {
+                spacing,
+                particle: self.option(Self::length),
+                model: if self.flip() {
+                    SphModel::Dfsph
+                } else {
+                    SphModel::Mcg03
+                },
+                vessel: if self.flip() { Vessel::Box } else { Vessel::Round },
+                viscosity: self.number(0.0, 1e6),
+                walls: if self.flip() {
+                    SphWalls::Slip
+                } else {
+                    SphWalls::Stick
+                },
+                surface_tension: self.number(0.0, 1e3),
+                stiffness: self.option(|d| d.number(1e-6, 1e9)),
+                gravity: Vec3::new(self.number(-1e4, 1e4), self.number(-1e4, 1e4), 0.0),
+                tilts: self.list(|d, k| Tilt {
+                    time: k as f64,
+                    gravity: Vec3::splat(d.number(-1e4, 1e4)),
+                }),
+                courant: self.option(|d| d.number(0.02, 0.99)),
+                step: self.option(Self::length),
+                most_steps: self.option(|d| d.number(1.0, 1e9)),
+                surface: if self.flip() {
+                    SphSurface::Fast
+                } else {
+                    SphSurface::Exact
+                },
+                droplets: if self.flip() {
+                    SphDroplets::Clear
+                } else {
+                    SphDroplets::All
+                },
+                emitters: self.list(|d, _| Emitter {
+                    position: Vec3::ONE,
+                    velocity: Vec3::splat(d.number(-1e3, 1e3)),
+                    radius: d.length(),
+                    start: d.wide(0.0, 1e9),
+                    end: None,
+                }),
+                drains: self.list(|d, _| Drain {
+                    min: Vec3::ZERO,
+                    max: Vec3::splat(d.length()),
                 }),
             }),
             _ => Solver::ShallowWater(ShallowWater {

@@ -374,6 +374,28 @@ pub(crate) const SOLVER: &[Variant] = &[
             optional("front", Tables(FRONT)),
         ],
     ),
+    variant(
+        "sph",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("particle", POSITIVE_LENGTH),
+            optional("model", Choice(&["dfsph", "mcg03"])),
+            optional("vessel", Choice(&["box", "round"])),
+            optional("viscosity", Number(Bare, Range::new(0.0, 1e6))),
+            optional("walls", Choice(&["slip", "stick"])),
+            optional("surface_tension", Number(Bare, Range::new(0.0, 1e3))),
+            optional("stiffness", Number(Bare, Range::new(1e-6, FAR))),
+            optional("gravity", ACCELERATION),
+            optional("tilt", Tables(TILT)),
+            optional("courant", Number(Bare, Range::new(0.01, 1.0))),
+            optional("step", Number(Time, POSITIVE)),
+            optional("most_steps", Number(Bare, Range::new(1.0, 1e9))),
+            optional("surface", Choice(&["fast", "exact"])),
+            optional("droplets", Choice(&["clear", "all"])),
+            optional("emitter", Tables(EMITTER)),
+            optional("drain", Tables(DRAIN)),
+        ],
+    ),
 ];
 
 const WIND: Key = required("wind", Wide(Speed, Range::new(0.0, 100.0)));
@@ -440,6 +462,20 @@ const FRONT: &[Key] = &[
     required("height", HEIGHT),
     required("radius", POSITIVE_LENGTH),
 ];
+
+const ACCELERATION: Kind = Vector(3, Bare, Range::new(-1e4, 1e4));
+
+const TILT: &[Key] = &[required("time", TIME), required("gravity", ACCELERATION)];
+
+const EMITTER: &[Key] = &[
+    required("position", POINT_3D),
+    required("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
+    required("radius", POSITIVE_LENGTH),
+    optional("start", TIME),
+    optional("end", TIME),
+];
+
+const DRAIN: &[Key] = &[required("min", POINT_3D), required("max", POINT_3D)];
 
 const WAVE: &[Key] = &[
     required("amplitude", Number(Length, NOT_NEGATIVE)),

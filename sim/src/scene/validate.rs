@@ -365,6 +365,11 @@ pub(super) fn ground(
             "shallow water needs a ground, and there is no [terrain]",
             "add a terrain, such as kind = \"flat\" with a height below water.level",
         ),
+        (Solver::Sph(_), None) => report.at(
+            "solver.kind",
+            "a tank needs a bottom, and there is no [terrain]",
+            "add a terrain, such as kind = \"flat\" with a height below water.level",
+        ),
         // Shallow water may begin on dry ground; the wave equation has no moving shoreline.
         (Solver::WaveEquation(_), Some(terrain)) => {
             let level = match (&d.water.initial, initial_elevation) {

@@ -27,6 +27,8 @@ mod schedule;
 #[cfg(test)]
 mod selftest;
 mod shallow_water;
+#[cfg(feature = "sph")]
+mod sph;
 mod stability;
 #[cfg(test)]
 mod subset;
@@ -140,6 +142,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
+        #[cfg(feature = "sph")]
+        &sph::SphStudy,
         &stability::StabilityStudy,
         #[cfg(feature = "ocean")]
         &ocean::OceanStudy,

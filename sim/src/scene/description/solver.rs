@@ -1,6 +1,6 @@
 //! The table `[solver]`: which method moves the water.
 
-use super::{Ocean, Procedural, ShallowWater, WaveEquation, WaveParticles};
+use super::{Ocean, Procedural, ShallowWater, Sph, WaveEquation, WaveParticles};
 use serde::{Deserialize, Serialize};
 
 /// The method that moves the water.
@@ -17,6 +17,8 @@ pub enum Solver {
     Ocean(Ocean),
     /// Wave particles.
     WaveParticles(WaveParticles),
+    /// Water in a tank as particles.
+    Sph(Sph),
 }
 
 impl Solver {
@@ -28,6 +30,7 @@ impl Solver {
             Self::ShallowWater(s) => s.spacing,
             Self::Ocean(s) => s.spacing,
             Self::WaveParticles(s) => s.spacing,
+            Self::Sph(s) => s.spacing,
         }
     }
 }
