@@ -46,7 +46,7 @@ fn the_wave_equation_converges_as_it_should() {
         "travelling pulses" => run.resolution < 20.0,
         _ => true,
     });
-    hold(&verdicts, 9);
+    hold(&verdicts, 10);
 }
 
 #[test]
