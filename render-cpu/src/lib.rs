@@ -6,6 +6,7 @@
 
 pub mod camera;
 pub mod caster;
+pub mod metrics;
 pub mod output;
 pub mod path;
 pub mod renderers;
