@@ -55,7 +55,7 @@ impl Profile {
     fn first(self) -> f64 {
         match self {
             Self::Bump => 0.1,
-            Self::Press => 0.8,
+            Self::Press => 1.1,
         }
     }
 

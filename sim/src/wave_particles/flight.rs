@@ -232,11 +232,11 @@ impl Course {
                     break;
                 }
                 out.events += 1;
-                if out.events % 1024 == 0 {
+                if out.events.is_multiple_of(1024) {
                     tally.events.fetch_add(1024, Ordering::Relaxed);
-                }
-                if out.events % 1024 == 0 && tally.overrun().is_some() {
-                    return;
+                    if tally.overrun().is_some() {
+                        return;
+                    }
                 }
                 let since = p.since;
                 p = p.rebased(time, self.speed);

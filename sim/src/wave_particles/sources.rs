@@ -62,6 +62,26 @@ pub(super) struct Front {
     reference: f64,
 }
 
+/// A bump of height `height + dipole · direction`, as it leaves in each direction.
+#[derive(Clone, Copy)]
+struct Patch {
+    centre: DVec2,
+    radius: f64,
+    height: f64,
+    dipole: DVec2,
+}
+
+impl Patch {
+    fn round(centre: DVec2, radius: f64, height: f64) -> Self {
+        Self {
+            centre,
+            radius,
+            height,
+            dipole: DVec2::ZERO,
+        }
+    }
+}
+
 /// What the making of waves depends on besides the course.
 #[derive(Clone, Debug)]
 pub(super) struct Maker {
@@ -111,17 +131,14 @@ impl Maker {
         }
     }
 
-    /// The rings of a bump of height `height + dipole · direction`.
-    fn bump(
-        &self,
-        centre: DVec2,
-        radius: f64,
-        height: f64,
-        dipole: DVec2,
-        time: f64,
-        speed: f64,
-        out: &mut Vec<(f64, Emission)>,
-    ) {
+    /// The rings of a bump.
+    fn bump(&self, patch: Patch, time: f64, speed: f64, out: &mut Vec<(f64, Emission)>) {
+        let Patch {
+            centre,
+            radius,
+            height,
+            dipole,
+        } = patch;
         let (radius, factor) = self.widened(radius);
         let ring = Ring {
             centre,
@@ -156,7 +173,8 @@ impl Maker {
             } => {
                 let radius = f64::from(radius);
                 let height = f64::from(volume) / (VOLUME * radius * radius);
-                self.bump(position.as_dvec2(), radius, height, DVec2::ZERO, time, speed, out);
+                let patch = Patch::round(position.as_dvec2(), radius, height);
+                self.bump(patch, time, speed, out);
             }
             Action::Push {
                 position,
@@ -165,15 +183,11 @@ impl Maker {
             } => {
                 // Depth · velocity is the flux of a wave of this height: q = c η, depth = c²/g.
                 let dipole = speed / GRAVITY * velocity.as_dvec2();
-                self.bump(
-                    position.as_dvec2(),
-                    f64::from(radius),
-                    0.0,
+                let patch = Patch {
                     dipole,
-                    time,
-                    speed,
-                    out,
-                );
+                    ..Patch::round(position.as_dvec2(), f64::from(radius), 0.0)
+                };
+                self.bump(patch, time, speed, out);
             }
             Action::Press {
                 position,
@@ -208,8 +222,8 @@ impl Maker {
                 // −A W(d/inner) + A κ² W(d/outer): no volume, and −depth at the centre.
                 let square = PRESS_INNER * PRESS_INNER;
                 let down = depth * factor / (1.0 - square);
-                self.bump(centre, inner, -down, DVec2::ZERO, time, speed, out);
-                self.bump(centre, outer, down * square, DVec2::ZERO, time, speed, out);
+                self.bump(Patch::round(centre, inner, -down), time, speed, out);
+                self.bump(Patch::round(centre, outer, down * square), time, speed, out);
             }
             AmplitudeLaw::Energy => {
                 let (radius, factor) = self.widened(radius);
@@ -238,15 +252,8 @@ impl Maker {
         const RADII: f64 = 2.930_9;
         let radius = RADII * deviation;
         let volume = std::f64::consts::TAU * deviation * deviation * height;
-        self.bump(
-            centre,
-            radius,
-            volume / (VOLUME * radius * radius),
-            DVec2::ZERO,
-            0.0,
-            speed,
-            out,
-        );
+        let patch = Patch::round(centre, radius, volume / (VOLUME * radius * radius));
+        self.bump(patch, 0.0, speed, out);
     }
 
     /// A front of the scene.
