@@ -3,10 +3,13 @@
 //! [`Stage`] keeps what depends on the scene alone from frame to frame and rebuilds the rest; [`world::World`] answers
 //! what a ray meets.
 
+pub(crate) mod air;
 pub(crate) mod choppy;
 pub(crate) mod droplets;
 pub(crate) mod ground;
+pub(crate) mod interface;
 pub(crate) mod light;
+pub(crate) mod matt;
 pub(crate) mod objects;
 pub(crate) mod pixel;
 pub(crate) mod surface;
@@ -18,7 +21,7 @@ pub(crate) mod world;
 use crate::camera::Lens;
 use crate::caster::HeightfieldError;
 use crate::sky::Sky;
-use meniscus_sim::frame::Frame;
+use meniscus_sim::frame::{Channels, Frame};
 use meniscus_sim::render::{RenderError, RenderReport, View};
 use meniscus_sim::scene::description::Shape;
 use meniscus_sim::{Grid, Scene};
@@ -47,6 +50,15 @@ pub(crate) struct Stage {
     fixed: Option<Fixed>,
     water: Option<Surface>,
     heights: Option<Grid<f32>>,
+}
+
+/// The optional channels that the stage of this scene can be set with.
+pub(crate) fn needs(scene: &Scene) -> Channels {
+    let mut set = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS;
+    if !scene.description.objects.is_empty() {
+        set |= Channels::BODIES;
+    }
+    set
 }
 
 /// One frame seen from one place.

@@ -157,6 +157,36 @@ impl Surface {
         (slope, (high - low).max_element() / spec.spacing)
     }
 
+    /// Lowest and highest sample, metres.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        self.range
+    }
+
+    /// Bound of |slope| over the whole surface: splines overshoot their samples by less than a quarter.
+    pub(crate) fn steepest(&self) -> f32 {
+        let steepest = self.slopes.as_slice().iter().map(|s| s.length_squared());
+        1.25 * steepest.fold(0.0, f32::max).sqrt()
+    }
+
+    /// Slope (∂y/∂x, ∂y/∂z) of the very surface that rays meet: of its bilinear patch, 0 beyond the grid.
+    pub(crate) fn facet_slope(&self, p: DVec2) -> DVec2 {
+        if !self.covers(p) {
+            return DVec2::ZERO;
+        }
+        let spec = self.heights.spec();
+        let spacing = f64::from(spec.spacing);
+        let g = ((self.wrapped(p) - self.low) / spacing).clamp(DVec2::ZERO, spec.size.as_dvec2() - 1.0);
+        let i = (g.x as usize).min(spec.width().saturating_sub(2));
+        let j = (g.y as usize).min(spec.height().saturating_sub(2));
+        let f = g - dvec2(i as f64, j as f64);
+        let at = |i: usize, j: usize| f64::from(self.heights[(i, j)]);
+        let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+        dvec2(
+            (b - a) * (1.0 - f.y) + (d - c) * f.y,
+            (c - a) * (1.0 - f.x) + (d - b) * f.x,
+        ) / spacing
+    }
+
     /// First meeting of the ray with the surface, from either side, with `t` in `[0, t_max]`.
     pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
         let near = if self.how.periodic.any() {

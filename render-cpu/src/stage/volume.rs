@@ -51,6 +51,11 @@ impl Volume {
         self.extinction == Vec3::ZERO
     }
 
+    /// s per metre: what is scattered in all directions alike.
+    pub(crate) fn scattering(&self) -> Vec3 {
+        self.scattering
+    }
+
     /// Share of radiance left after `distance` metres.
     pub(crate) fn transmittance(&self, distance: f32) -> Vec3 {
         meniscus_sim::optics::transmittance(self.extinction, distance)

@@ -154,7 +154,7 @@ impl Tracer<'_> {
         let What::Water { glass } = hit.what else {
             return out;
         };
-        let at = self.interface(ray.direction, &hit, glass);
+        let at = self.world.interface(ray.direction, &hit, glass);
         out.water = true;
         out.normal = at.shading;
         out.fresnel = at.fresnel;

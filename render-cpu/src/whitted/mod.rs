@@ -15,7 +15,7 @@
 
 mod auxiliary;
 mod caustics;
-mod plan;
+pub(crate) mod plan;
 mod shade;
 mod trace;
 
@@ -47,6 +47,9 @@ pub struct Settings {
     pub caustics: bool,
     /// RMS slope of ripples finer than the surface's grid; widens the mirror image of sun and sky. Default 0.
     pub roughness: f32,
+    /// Whether matt surfaces shine with their albedo instead of reflecting light, and nothing else shines: the optics of
+    /// the water alone, for comparing renderers. Default false.
+    pub glow: bool,
 }
 
 impl Default for Settings {
@@ -57,6 +60,7 @@ impl Default for Settings {
             visual_range: Some(150_000.0),
             caustics: true,
             roughness: 0.0,
+            glow: false,
         }
     }
 }
@@ -115,11 +119,7 @@ impl Renderer for Whitted {
     }
 
     fn needs(&self, scene: &Scene) -> Channels {
-        let mut set = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS;
-        if !scene.description.objects.is_empty() {
-            set |= Channels::BODIES;
-        }
-        set
+        crate::stage::needs(scene)
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {

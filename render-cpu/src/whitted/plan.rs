@@ -20,7 +20,8 @@ fn item(name: &str, active: bool, reason: impl Into<String>, bytes: u64) -> Plan
     }
 }
 
-pub(super) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanItem> {
+/// What `whitted` with these settings runs and keeps.
+pub(crate) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanItem> {
     let d = &scene.description;
     let mut items = Vec::new();
 

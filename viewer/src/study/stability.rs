@@ -113,10 +113,12 @@ enum Method {
 }
 
 impl Method {
-    const ALL: [Self; 4] = [
+    const ALL: [Self; 6] = [
         Self::Explicit,
         Self::ExplicitFixed,
         Self::Implicit,
+        Self::ImplicitDamped,
+        Self::ShallowWater,
         Self::Procedural,
     ];
     /// What can be tried with any basin of water.
