@@ -165,6 +165,7 @@ fn basins_seas_and_tanks_close_the_picture() {
             let spec = square(65, 0.25);
             let mut scene = scene(spec);
             scene.description.boundary = Boundary {
+                drives: Vec::new(),
                 x_min: edges,
                 x_max: edges,
                 z_min: edges,
@@ -208,6 +209,7 @@ fn a_periodic_sea_has_no_seams() {
     let mut scene = scene(spec);
     let edges = Edge::Periodic;
     scene.description.boundary = Boundary {
+        drives: Vec::new(),
         x_min: edges,
         x_max: edges,
         z_min: edges,

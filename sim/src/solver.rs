@@ -116,6 +116,18 @@ pub enum StepError {
         /// What to change.
         remedy: String,
     },
+    /// The step would make more of something than allowed. The state is the one before the call.
+    #[error("there would be more than {allowed} {what} by t = {time} s; {remedy}")]
+    Crowded {
+        /// What there would be too many of.
+        what: &'static str,
+        /// How many are allowed.
+        allowed: u64,
+        /// The time that was to be reached, seconds.
+        time: f64,
+        /// What to change.
+        remedy: String,
+    },
     /// A body could not be moved; the state must not be used.
     #[cfg(feature = "bodies")]
     #[error(transparent)]

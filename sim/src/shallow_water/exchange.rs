@@ -18,7 +18,6 @@ pub(crate) trait Exchange {
     fn depth(&self, i: usize, j: usize) -> f64;
 
     /// Height of the bed above datum, m.
-    #[cfg_attr(not(feature = "bodies"), allow(dead_code, reason = "bodies need it"))]
     fn bed(&self, i: usize, j: usize) -> f64;
 
     /// Depth times velocity along X and Z, m²/s.

@@ -14,11 +14,13 @@ pub mod monai;
 mod real;
 mod settings;
 mod solver;
+mod splash;
 pub mod stability;
 mod storage;
 mod totals;
 
-pub use checkpoint::{Checkpoint, CheckpointError, TileMemory};
+pub use checkpoint::{Checkpoint, CheckpointError, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
 pub use solver::ShallowWater;
+pub use splash::{Ledger, SplashSettings};

@@ -6,6 +6,7 @@ use super::finite_volume::{FiniteVolume, Refusal};
 use super::floats::Floats;
 use super::real::Real;
 use super::settings::{Initial, Precision, Settings, SetupError};
+use super::splash::{Ledger, Splash};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
 #[cfg(feature = "bodies")]
@@ -50,9 +51,10 @@ pub struct ShallowWater {
     spec: GridSpec,
     settings: Settings,
     ground: Grid<f32>,
-    core: Core,
+    pub(super) core: Core,
+    pub(super) splash: Option<Splash>,
     /// Still water above datum, m.
-    level: f64,
+    pub(super) level: f64,
     time: f64,
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
@@ -75,6 +77,10 @@ impl ShallowWater {
         };
         Ok(Self {
             spec,
+            splash: settings
+                .splash
+                .clone()
+                .map(|splash| Splash::new(&spec, &settings.edges, splash)),
             level: settings.level.unwrap_or_else(|| each!(&core, c => c.base())),
             settings,
             ground,
@@ -136,14 +142,19 @@ impl ShallowWater {
         each!(&self.core, c => c.film())
     }
 
+    /// What droplets took out of the water or brought into it from elsewhere; all 0 without splashes.
+    pub fn ledger(&self) -> Ledger {
+        self.splash.as_ref().map(Splash::ledger).unwrap_or_default()
+    }
+
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        let checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        let mut checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        checkpoint.splash = self.splash.as_ref().map(Splash::memory);
         #[cfg(feature = "bodies")]
-        let checkpoint = Checkpoint {
-            bodies: self.floats.checkpoint(),
-            ..checkpoint
-        };
+        {
+            checkpoint.bodies = self.floats.checkpoint();
+        }
         checkpoint
     }
 
@@ -152,9 +163,17 @@ impl ShallowWater {
     /// # Errors
     /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        match (&self.splash, &checkpoint.splash) {
+            (Some(splash), Some(memory)) => memory.check(splash)?,
+            (None, None) => {}
+            _ => return Err(CheckpointError::Splash),
+        }
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
         #[cfg(feature = "bodies")]
         self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
+        if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
+            splash.resume(memory);
+        }
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
         Ok(())
@@ -166,7 +185,14 @@ impl ShallowWater {
 
     fn totals(&self) -> Totals {
         let (level, area) = (self.level, self.spec.cell_area());
-        each!(&self.core, c => totals::totals(c, level - c.base(), area))
+        let mut totals = each!(&self.core, c => totals::totals(c, level - c.base(), area));
+        if let Some(splash) = &self.splash {
+            let held = splash.held(level);
+            totals.mass += held.mass;
+            totals.momentum = std::array::from_fn(|a| totals.momentum[a] + held.momentum[a]);
+            totals.energy += held.energy;
+        }
+        totals
     }
 
     fn state_report(&self, speed: f64) -> StepReport {
@@ -255,21 +281,30 @@ impl Solver for ShallowWater {
     }
 
     fn offers(&self) -> Channels {
-        let bodies = match self.floats.poses() {
-            Some(_) => Channels::BODIES,
-            None => Channels::NONE,
-        };
-        Channels::DEPTH | Channels::VELOCITY | bodies
+        let mut channels = Channels::DEPTH | Channels::VELOCITY;
+        if let Some(splash) = &self.splash {
+            if splash.has_droplets() {
+                channels |= Channels::DROPLETS;
+            }
+            if splash.has_foam() {
+                channels |= Channels::FOAM;
+            }
+        }
+        if self.floats.poses().is_some() {
+            channels |= Channels::BODIES;
+        }
+        channels
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
         StepError::check_step(dt)?;
         let (start, dt) = (self.time, f64::from(dt));
-        let clamps = self.floats.clamps();
+        let clamped_bodies = self.floats.clamps();
         let (spacing, courant) = (self.spacing(), self.settings.courant);
         let mut done = 0.0;
         let mut substeps = 0_u64;
         let mut largest = 0.0_f64;
+        let mut clamps = 0_u64;
         let mut speed = match self.speed {
             Some(speed) => speed,
             None => each!(&mut self.core, c => c.probe(start)),
@@ -300,6 +335,13 @@ impl Solver for ShallowWater {
                     self.time = start + done;
                     substeps += 1;
                     retries = 0;
+                    if let Some(splash) = &mut self.splash {
+                        let level = self.level;
+                        clamps += each!(&mut self.core, c => {
+                            let film = c.film();
+                            splash.step(c, film, level, step)
+                        });
+                    }
                 }
                 Err(Refusal::TooFast(faster)) if retries < RETRIES => {
                     speed = faster;
@@ -315,7 +357,7 @@ impl Solver for ShallowWater {
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
-            clamps: self.floats.clamps() - clamps,
+            clamps: clamps + self.floats.clamps() - clamped_bodies,
             ..self.state_report(speed)
         })
     }
@@ -324,6 +366,14 @@ impl Solver for ShallowWater {
         out.prepare(self.spec, want & self.offers());
         out.time = self.time;
         each!(&self.core, c => extract(c, &self.ground, out));
+        if let Some(splash) = &self.splash {
+            if let Some(droplets) = &mut out.droplets {
+                splash.show_droplets(droplets);
+            }
+            if let Some(foam) = &mut out.foam {
+                splash.show_foam(foam);
+            }
+        }
         if out.bodies.is_some() {
             out.bodies = self.floats.poses();
         }
@@ -351,7 +401,8 @@ impl Solver for ShallowWater {
 
     fn bytes(&self) -> u64 {
         let core = each!(&self.core, c => c.bytes());
-        (core + self.spec.len() * size_of::<f32>()) as u64
+        let splash = self.splash.as_ref().map_or(0, Splash::bytes);
+        (core + splash + self.spec.len() * size_of::<f32>()) as u64
     }
 
     fn extras(&self) -> Vec<Extra> {

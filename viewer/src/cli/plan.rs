@@ -86,7 +86,8 @@ struct Plan {
 pub(super) fn run(args: &PlanArgs, console: &Console) -> Result<(), Failure> {
     let renderer = live::renderer(&args.renderer)?;
     let scene = input::scene(&args.scene.scene, &args.scene.overrides.set)?;
-    let solver = live::solver(&scene).map_err(|failure| failure.in_scene(&args.scene.scene))?;
+    let solver = live::solver(&scene)
+        .map_err(|failure| failure.in_scene(&args.scene.scene, &args.scene.overrides.set))?;
 
     let mut items = scene_items(&scene);
     items.push((

@@ -15,6 +15,8 @@ mod html;
 pub mod machine;
 mod march;
 pub mod measure;
+#[cfg(feature = "ocean")]
+mod ocean;
 pub mod plot;
 mod raycast;
 mod recording;
@@ -25,9 +27,15 @@ mod schedule;
 #[cfg(test)]
 mod selftest;
 mod shallow_water;
+#[cfg(feature = "sph")]
+mod sph;
 mod stability;
+#[cfg(test)]
+mod subset;
 mod truth;
 mod wave_equation;
+#[cfg(feature = "wave-particles")]
+mod wave_particles;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -134,7 +142,13 @@ pub fn all() -> Vec<&'static dyn Study> {
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
+        #[cfg(feature = "sph")]
+        &sph::SphStudy,
         &stability::StabilityStudy,
+        #[cfg(feature = "ocean")]
+        &ocean::OceanStudy,
+        #[cfg(feature = "wave-particles")]
+        &wave_particles::WaveParticlesStudy,
     ]
 }
 
@@ -176,6 +190,9 @@ pub fn run_with(
     }
     if options.out.is_none() && !options.json && !options.check {
         return Err(StudyError::NoOutput.into());
+    }
+    if let Some(dir) = &options.out {
+        report::prepare(dir)?;
     }
     let mut reports = Vec::new();
     for study in chosen {

@@ -83,6 +83,21 @@ pub enum Event {
         /// Rate at which the surface is pressed down at the centre, m/s.
         rate: f32,
     },
+    /// A spring or a river's mouth: water flows in at a steady rate.
+    Inflow {
+        /// First moment, seconds.
+        #[serde(default)]
+        start: f64,
+        /// Last moment, seconds; default: to the end.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        end: Option<f64>,
+        /// Centre in metres.
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Flow in m³/s; negative drains.
+        flow: f32,
+    },
     /// Rain: drops at random places and times.
     Rain {
         /// First moment, seconds.
