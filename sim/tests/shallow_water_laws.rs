@@ -8,7 +8,7 @@ use meniscus_sim::frame::{Channels, Frame};
 use meniscus_sim::rng::Rng;
 use meniscus_sim::shallow_water::stability::{self, Verdict};
 use meniscus_sim::shallow_water::{
-    Condition, Edges, Initial, Precision, Series, Settings, SetupError, ShallowWater,
+    Condition, Edges, Initial, Method, Precision, Series, Settings, SetupError, ShallowWater,
 };
 use meniscus_sim::{GridSpec, Solver, StepError};
 
@@ -651,7 +651,7 @@ fn steps_that_would_take_too_long_are_refused_and_change_nothing() {
 
 #[test]
 fn every_hard_case_is_stable_sub_stepped_or_refused() {
-    let rows = stability::table();
+    let rows = stability::table(Method::default());
     assert!(rows.len() > 40);
     for row in &rows {
         println!("{} ({:?}): {:?}", row.case, row.precision, row.verdict);

@@ -1,6 +1,9 @@
 //! The solver of a scene.
 
-use super::settings::{DEFAULT_COURANT, Initial, Precision, Settings, SetupError, position};
+use super::settings::{
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, SetupError,
+    position,
+};
 use super::solver::ShallowWater;
 use crate::scene::Scene;
 use crate::scene::description::{self, ShallowWaterScheme};
@@ -19,7 +22,15 @@ impl ShallowWater {
             });
         };
         let initial = initial(scene)?;
+        let method = match parameters.scheme {
+            ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => Method::FiniteVolume,
+            ShallowWaterScheme::Lattice => Method::Lattice(LatticeSettings::default()),
+            ShallowWaterScheme::Bgk => Method::Bgk {
+                relaxation: parameters.relaxation.map_or(DEFAULT_RELAXATION, f64::from),
+            },
+        };
         let settings = Settings {
+            method,
             precision: Precision::Single,
             manning: f64::from(parameters.manning),
             courant: parameters.courant.map_or(DEFAULT_COURANT, f64::from),
@@ -28,9 +39,6 @@ impl ShallowWater {
             level: Some(f64::from(scene.description.water.level)),
             ..Settings::default()
         };
-        match parameters.scheme {
-            ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => {}
-        }
         Self::new(scene.grid, &initial, settings).map_err(in_scene)
     }
 }

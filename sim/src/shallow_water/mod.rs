@@ -1,22 +1,28 @@
-//! Shallow-water equations: well-balanced finite volumes in f32 or f64.
+//! Shallow-water equations in f32 or f64: well-balanced finite volumes, and lattice Boltzmann schemes around them.
 
 mod actions;
 pub mod analytic;
+mod bgk;
 mod boundary;
 pub mod cases;
 mod checkpoint;
 mod edges;
 mod finite_volume;
 mod from_scene;
+mod lattice;
 pub mod monai;
 mod real;
+mod scheme;
 mod settings;
 mod solver;
 pub mod stability;
 mod storage;
 mod totals;
 
-pub use checkpoint::{Checkpoint, CheckpointError, TileMemory};
+pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
-pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
+pub use settings::{
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LatticeSettings, Method, Precision,
+    Settings, SetupError, position,
+};
 pub use solver::ShallowWater;

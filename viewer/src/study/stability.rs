@@ -376,6 +376,7 @@ impl Situation {
                 manning: 0.0,
                 courant: None,
                 film_depth: None,
+                relaxation: None,
             });
         }
         if let Choice::WaveEquation(parameters) = &mut scene.description.solver {

@@ -12,98 +12,98 @@
 use super::super::real::Real;
 
 /// Cells of a row that a tile can hold, its halo included.
-pub(super) const LANES: usize = 272;
+pub(in super::super) const LANES: usize = 272;
 
 /// One value for each cell of a tile's row.
-pub(super) type Row<T> = [T; LANES];
+pub(in super::super) type Row<T> = [T; LANES];
 
 /// What the kernels need to know besides the state.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Constants<T> {
+pub(in super::super) struct Constants<T> {
     /// Gravity, m/s².
-    pub(super) gravity: T,
+    pub(in super::super) gravity: T,
     /// Δt/Δx, s/m.
-    pub(super) lambda: T,
+    pub(in super::super) lambda: T,
     /// Adding and subtracting this rounds to a multiple of the quantum.
-    pub(super) rounder: T,
+    pub(in super::super) rounder: T,
     /// The quantum of depth, m.
-    pub(super) quantum: T,
+    pub(in super::super) quantum: T,
     /// Depth below which velocities fade, m.
-    pub(super) film: T,
+    pub(in super::super) film: T,
     /// Depth up to which a cell counts as dry, m.
-    pub(super) dry: T,
+    pub(in super::super) dry: T,
     /// Depth from which the quantum is too fine, m.
-    pub(super) depth_limit: T,
+    pub(in super::super) depth_limit: T,
     /// Momentum per area from which a run counts as unstable, m²/s.
-    pub(super) momentum_limit: T,
+    pub(in super::super) momentum_limit: T,
     /// g n² Δt for Manning's roughness n; 0 without friction.
-    pub(super) friction: T,
+    pub(in super::super) friction: T,
 }
 
 impl<T: Real> Constants<T> {
     #[inline(always)]
-    fn round(&self, x: T) -> T {
+    pub(in super::super) fn round(&self, x: T) -> T {
         (x + self.rounder) - self.rounder
     }
 }
 
 /// Depth, bed and velocity of one row; all of one length.
 #[derive(Clone, Copy)]
-pub(super) struct RowView<'a, T> {
-    pub(super) h: &'a [T],
-    pub(super) z: &'a [T],
-    pub(super) u: &'a [T],
-    pub(super) v: &'a [T],
+pub(in super::super) struct RowView<'a, T> {
+    pub(in super::super) h: &'a [T],
+    pub(in super::super) z: &'a [T],
+    pub(in super::super) u: &'a [T],
+    pub(in super::super) v: &'a [T],
 }
 
 /// Velocities of a row.
 #[derive(Clone)]
-pub(super) struct Velocities<T> {
-    pub(super) u: Row<T>,
-    pub(super) v: Row<T>,
+pub(in super::super) struct Velocities<T> {
+    pub(in super::super) u: Row<T>,
+    pub(in super::super) v: Row<T>,
 }
 
 /// A row at the half step: the centre value of each quantity and half its difference across the cell.
 #[derive(Clone)]
-pub(super) struct Cells<T> {
-    h: Row<T>,
+pub(in super::super) struct Cells<T> {
+    pub(in super::super) h: Row<T>,
     u: Row<T>,
     v: Row<T>,
     /// Halves of the differences along X of surface, bed, u, v.
-    xe: Row<T>,
-    xz: Row<T>,
-    xu: Row<T>,
-    xv: Row<T>,
+    pub(in super::super) xe: Row<T>,
+    pub(in super::super) xz: Row<T>,
+    pub(in super::super) xu: Row<T>,
+    pub(in super::super) xv: Row<T>,
     /// The same along Z.
-    ze: Row<T>,
-    zz: Row<T>,
-    zu: Row<T>,
-    zv: Row<T>,
+    pub(in super::super) ze: Row<T>,
+    pub(in super::super) zz: Row<T>,
+    pub(in super::super) zu: Row<T>,
+    pub(in super::super) zv: Row<T>,
 }
 
 /// Fluxes through a row of faces. Along X, entry `c` is the face between cells `c` and `c + 1`; along Z, the face
 /// between cell `c` of this row and of the next.
 #[derive(Clone)]
-pub(super) struct Faces<T> {
+pub(in super::super) struct Faces<T> {
     /// Depth that crosses the face in the step, a multiple of the quantum, m.
-    mass: Row<T>,
+    pub(in super::super) mass: Row<T>,
     /// Flux of normal momentum less the pressure of the cell before the face, m³/s².
-    before: Row<T>,
+    pub(in super::super) before: Row<T>,
     /// The same less the pressure of the cell behind the face.
-    behind: Row<T>,
+    pub(in super::super) behind: Row<T>,
     /// Flux of transverse momentum, m³/s².
-    across: Row<T>,
+    pub(in super::super) across: Row<T>,
 }
 
 impl<T: Real> Velocities<T> {
-    pub(super) const ZERO: Self = Self {
+    pub(in super::super) const ZERO: Self = Self {
         u: [T::ZERO; LANES],
         v: [T::ZERO; LANES],
     };
 }
 
 impl<T: Real> Cells<T> {
-    pub(super) const ZERO: Self = Self {
+    pub(in super::super) const ZERO: Self = Self {
         h: [T::ZERO; LANES],
         u: [T::ZERO; LANES],
         v: [T::ZERO; LANES],
@@ -119,7 +119,7 @@ impl<T: Real> Cells<T> {
 }
 
 impl<T: Real> Faces<T> {
-    pub(super) const ZERO: Self = Self {
+    pub(in super::super) const ZERO: Self = Self {
         mass: [T::ZERO; LANES],
         before: [T::ZERO; LANES],
         behind: [T::ZERO; LANES],
@@ -129,7 +129,13 @@ impl<T: Real> Faces<T> {
 
 /// u = q/h, fading to 0 in films (after Kurganov & Petrova 2007, eq. 2.17).
 #[inline(always)]
-pub(super) fn velocities<T: Real>(k: &Constants<T>, h: &[T], qx: &[T], qz: &[T], out: &mut Velocities<T>) {
+pub(in super::super) fn velocities<T: Real>(
+    k: &Constants<T>,
+    h: &[T],
+    qx: &[T],
+    qz: &[T],
+    out: &mut Velocities<T>,
+) {
     let n = h.len();
     let (qx, qz) = (&qx[..n], &qz[..n]);
     let (u, v) = (&mut out.u[..n], &mut out.v[..n]);
@@ -156,7 +162,7 @@ fn limited<T: Real>(a: T, b: T) -> T {
 
 /// Limited differences across each cell and the half step in time (Toro 2001, eq. 9.44, in primitive variables).
 #[inline(always)]
-pub(super) fn reconstruct<T: Real>(
+pub(in super::super) fn reconstruct<T: Real>(
     k: &Constants<T>,
     before: RowView<'_, T>,
     here: RowView<'_, T>,
@@ -236,7 +242,7 @@ pub(super) fn reconstruct<T: Real>(
 
 /// Manning's friction over the half step, so that a steady flow, in which it balances the bed's slope, stays steady.
 #[inline(always)]
-pub(super) fn rub_half<T: Real>(k: &Constants<T>, here: RowView<'_, T>, out: &mut Cells<T>) {
+pub(in super::super) fn rub_half<T: Real>(k: &Constants<T>, here: RowView<'_, T>, out: &mut Cells<T>) {
     let n = here.h.len();
     let m = n - 2;
     let (h, u, v) = (&here.h[1..=m], &here.u[1..=m], &here.v[1..=m]);
@@ -322,7 +328,7 @@ fn flux<T: Real>(k: &Constants<T>, l: Side<T>, r: Side<T>) -> Flux<T> {
 
 /// Faces along X of one row; `speed` keeps the fastest signal seen in each column.
 #[inline(always)]
-pub(super) fn faces_x<T: Real>(
+pub(in super::super) fn faces_x<T: Real>(
     k: &Constants<T>,
     z: &[T],
     cells: &Cells<T>,
@@ -367,7 +373,7 @@ pub(super) fn faces_x<T: Real>(
 
 /// Faces along Z between two rows.
 #[inline(always)]
-pub(super) fn faces_z<T: Real>(
+pub(in super::super) fn faces_z<T: Real>(
     k: &Constants<T>,
     z: (&[T], &[T]),
     cells: (&Cells<T>, &Cells<T>),
@@ -413,7 +419,7 @@ pub(super) fn faces_z<T: Real>(
 /// The share of its outgoing fluxes that each cell of a row can pay for with the water it has; says whether any cell
 /// cannot pay all (Bollermann, Noelle & Lukáčová 2011, doi:10.4208/cicp.220210.020710a, the draining time).
 #[inline(always)]
-pub(super) fn shares<T: Real>(
+pub(in super::super) fn shares<T: Real>(
     k: &Constants<T>,
     h: &[T],
     x: &Faces<T>,
@@ -448,14 +454,19 @@ pub(super) fn shares<T: Real>(
 
 /// Scales the faces along X of a row by the share of the cell that the water leaves.
 #[inline(always)]
-pub(super) fn drain_x<T: Real>(k: &Constants<T>, n: usize, share: &Row<T>, faces: &mut Faces<T>) {
+pub(in super::super) fn drain_x<T: Real>(k: &Constants<T>, n: usize, share: &Row<T>, faces: &mut Faces<T>) {
     let m = n - 5;
     drain(k, &share[2..m + 2], &share[3..m + 3], faces, 2, m);
 }
 
 /// Scales the faces along Z between two rows by the share of the cell that the water leaves.
 #[inline(always)]
-pub(super) fn drain_z<T: Real>(k: &Constants<T>, n: usize, share: (&Row<T>, &Row<T>), faces: &mut Faces<T>) {
+pub(in super::super) fn drain_z<T: Real>(
+    k: &Constants<T>,
+    n: usize,
+    share: (&Row<T>, &Row<T>),
+    faces: &mut Faces<T>,
+) {
     let m = n - 4;
     drain(k, &share.0[2..m + 2], &share.1[2..m + 2], faces, 2, m);
 }
@@ -481,20 +492,20 @@ fn drain<T: Real>(k: &Constants<T>, left: &[T], right: &[T], faces: &mut Faces<T
 }
 
 /// Bits that [`update`] returns.
-pub(super) mod flag {
+pub(in super::super) mod flag {
     /// Some cell changed or carries momentum.
-    pub(in super::super) const ALIVE: u32 = 1;
+    pub(in super::super::super) const ALIVE: u32 = 1;
     /// Some depth passed the limit of the quantum.
-    pub(in super::super) const DEEP: u32 = 2;
+    pub(in super::super::super) const DEEP: u32 = 2;
     /// Some value is not finite or beyond its limit.
-    pub(in super::super) const BROKEN: u32 = 4;
+    pub(in super::super::super) const BROKEN: u32 = 4;
 }
 
 /// The state of one row, or the place for it.
-pub(super) struct State<'a, T> {
-    pub(super) h: &'a [T],
-    pub(super) qx: &'a [T],
-    pub(super) qz: &'a [T],
+pub(in super::super) struct State<'a, T> {
+    pub(in super::super) h: &'a [T],
+    pub(in super::super) qx: &'a [T],
+    pub(in super::super) qz: &'a [T],
 }
 
 /// Adds the fluxes and the bed force to one row: cells 3 .. n − 3 of the views go to `h`, `qx`, `qz`.
@@ -503,7 +514,7 @@ pub(super) struct State<'a, T> {
     clippy::too_many_arguments,
     reason = "outputs must be separate references for the loop to vectorise"
 )]
-pub(super) fn update<T: Real>(
+pub(in super::super) fn update<T: Real>(
     k: &Constants<T>,
     old: State<'_, T>,
     cells: &Cells<T>,
@@ -532,8 +543,20 @@ pub(super) fn update<T: Real>(
         qx[c] = qx0[c] + k.lambda * ((wp[c] - ep[c]) - slope_x + (fa[c] - la[c]));
         qz[c] = qz0[c] + k.lambda * ((fp[c] - lp[c]) - slope_z + (wa[c] - ea[c]));
     }
+    finish(k, (h0, qx0, qz0), h, qx, qz)
+}
+
+/// What follows the fluxes in a row: films settle, friction acts, and the new state is looked at; bits of [`flag`].
+#[inline(always)]
+pub(in super::super) fn finish<T: Real>(
+    k: &Constants<T>,
+    old: (&[T], &[T], &[T]),
+    h: &[T],
+    qx: &mut [T],
+    qz: &mut [T],
+) -> u32 {
     let mut thin = 0_u32;
-    for c in 0..m {
+    for c in 0..h.len() {
         thin |= u32::from(h[c] < k.film);
     }
     if thin != 0 {
@@ -542,12 +565,16 @@ pub(super) fn update<T: Real>(
     if k.friction > T::ZERO {
         rub(k, h, qx, qz);
     }
-    inspect(k, (h0, qx0, qz0), (h, qx, qz))
+    inspect(k, old, (h, qx, qz))
 }
 
 /// What a row's update found, as bits of [`flag`].
 #[inline(always)]
-fn inspect<T: Real>(k: &Constants<T>, old: (&[T], &[T], &[T]), new: (&[T], &[T], &[T])) -> u32 {
+pub(in super::super) fn inspect<T: Real>(
+    k: &Constants<T>,
+    old: (&[T], &[T], &[T]),
+    new: (&[T], &[T], &[T]),
+) -> u32 {
     let m = new.0.len();
     let (h0, qx0, qz0) = (&old.0[..m], &old.1[..m], &old.2[..m]);
     let (h, qx, qz) = (&new.0[..m], &new.1[..m], &new.2[..m]);
@@ -579,7 +606,7 @@ fn settle_films<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) 
 
 /// Manning's friction, implicit and solved exactly: |q| (1 + K|q|) = |q*| with K = g n² Δt / h^(7/3).
 #[inline(always)]
-fn rub<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) {
+pub(in super::super) fn rub<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) {
     let m = h.len();
     let (qx, qz) = (&mut qx[..m], &mut qz[..m]);
     for c in 0..m {
