@@ -1,5 +1,6 @@
 //! The renderers of this crate, by name.
 
+use crate::path::PathTracer;
 use crate::whitted::Whitted;
 use meniscus_sim::render::Renderer;
 
@@ -26,11 +27,18 @@ pub struct UnknownRenderer {
 
 /// Every renderer of this crate.
 pub fn available() -> Vec<RendererInfo> {
-    vec![RendererInfo {
-        name: Whitted::NAME,
-        summary: "deterministic ray tracing on the CPU: Fresnel-weighted reflection and refraction, absorption, sun and sky",
-        unavailable: None,
-    }]
+    vec![
+        RendererInfo {
+            name: Whitted::NAME,
+            summary: "deterministic ray tracing on the CPU: Fresnel-weighted reflection and refraction, absorption, sun and sky",
+            unavailable: None,
+        },
+        RendererInfo {
+            name: PathTracer::NAME,
+            summary: "path tracing on the CPU without bias: soft sun and sky, sunlight focused by waves, scattering; noise falls with --spp",
+            unavailable: None,
+        },
+    ]
 }
 
 /// The renderer of that name, with its default settings.
@@ -40,6 +48,7 @@ pub fn available() -> Vec<RendererInfo> {
 pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
     match name {
         Whitted::NAME => Ok(Box::new(Whitted::default())),
+        PathTracer::NAME => Ok(Box::new(PathTracer::default())),
         _ => Err(UnknownRenderer {
             name: name.to_owned(),
             known: available()

@@ -1,10 +1,10 @@
 //! What the rays of a picture met: the images on which approximate renderers are scored.
 
 use super::Whitted;
-use super::tiles;
 use super::trace::Tracer;
-use super::world::{Medium, What};
 use crate::caster::Ray;
+use crate::stage::tiles;
+use crate::stage::world::{Medium, What};
 use glam::{DVec3, UVec2, Vec3};
 use meniscus_sim::render::{RenderError, RenderReport, View};
 use meniscus_sim::{Frame, Scene};
@@ -106,41 +106,34 @@ impl Whitted {
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<Auxiliary, RenderError> {
         let mut report = RenderReport::default();
-        self.with_world(
-            scene,
-            frame,
-            view,
-            &mut report,
-            |world, lens, medium, settings, _| {
-                let mut out = Auxiliary {
-                    size: view.size,
-                    pixels: Vec::new(),
-                };
-                tiles::render(
-                    view.size,
-                    progress,
-                    || Tracer {
-                        world,
-                        settings,
-                        sun_point: [0.0; 2],
-                        rays: 0,
-                    },
-                    |tracer, x, y| {
-                        let direction = lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                        tracer.look(
-                            &Ray {
-                                origin: lens.eye,
-                                direction,
-                            },
-                            medium,
-                        )
-                    },
-                    |_| {},
-                    &mut out.pixels,
-                )?;
-                Ok(out)
-            },
-        )
+        self.stage.with(scene, frame, view, &mut report, |set, _| {
+            let tracer = Tracer {
+                world: &set.world,
+                settings: &self.settings,
+                caustics: None,
+                sun_point: [0.0; 2],
+                rays: 0,
+            };
+            let mut out = Auxiliary {
+                size: view.size,
+                pixels: Vec::new(),
+            };
+            tiles::render(
+                view.size,
+                progress,
+                || tracer,
+                |tracer, x, y| {
+                    let ray = Ray {
+                        origin: set.lens.eye,
+                        direction: set.lens.direction(f64::from(x) + 0.5, f64::from(y) + 0.5),
+                    };
+                    tracer.look(&ray, set.medium)
+                },
+                |_| {},
+                &mut out.pixels,
+            )?;
+            Ok(out)
+        })
     }
 }
 
@@ -161,7 +154,7 @@ impl Tracer<'_> {
         let What::Water { glass } = hit.what else {
             return out;
         };
-        let at = self.interface(ray.direction, &hit, glass);
+        let at = self.world.interface(ray.direction, &hit, glass);
         out.water = true;
         out.normal = at.shading;
         out.fresnel = at.fresnel;

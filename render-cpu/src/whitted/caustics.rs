@@ -8,9 +8,9 @@
 //!
 //! Sums are whole numbers in units of 2⁻¹⁶, which do not depend on the order in which threads add them.
 
-use super::light::Light;
-use super::surface::Surface;
 use crate::sky::Sun;
+use crate::stage::light::Light;
+use crate::stage::surface::Surface;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use meniscus_sim::optics::{fresnel, refract};
 use meniscus_sim::{Grid, GridSpec};
@@ -175,10 +175,10 @@ pub(super) fn received(beam: Vec3, normal: Vec3, geometric: DVec3, share: f32) -
 
 #[cfg(test)]
 mod tests {
-    use super::super::surface::Continuation;
     use super::*;
     use crate::sky::Sky;
-    use crate::whitted::tests_support;
+    use crate::stage::surface::Continuation;
+    use crate::stage::tests_support;
     use glam::{BVec2, UVec2};
     use meniscus_sim::scene::description::Sun as SunTable;
 

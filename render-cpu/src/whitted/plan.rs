@@ -1,10 +1,11 @@
 //! What drawing a scene keeps and runs, and what it leaves out (`meniscus plan`).
 
+use super::Settings;
 use super::caustics::Caustics;
-use super::objects::Model;
-use super::surface::{bytes_for, continued_samples};
-use super::{Settings, ground, surroundings};
 use crate::sky::Sky;
+use crate::stage::objects::Model;
+use crate::stage::surface::{bytes_for, continued_samples};
+use crate::stage::{ground, surroundings};
 use glam::{UVec2, Vec3};
 use meniscus_sim::Scene;
 use meniscus_sim::render::PlanItem;
@@ -19,7 +20,8 @@ fn item(name: &str, active: bool, reason: impl Into<String>, bytes: u64) -> Plan
     }
 }
 
-pub(super) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanItem> {
+/// What `whitted` with these settings runs and keeps.
+pub(crate) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanItem> {
     let d = &scene.description;
     let mut items = Vec::new();
 

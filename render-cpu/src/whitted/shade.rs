@@ -1,83 +1,27 @@
 //! Matt surfaces: the light that falls on them and what they send back.
 
 use super::caustics;
-use super::light::{DIFFUSE_PATH, Disc};
 use super::trace::{Path, Tracer};
-use super::world::{Hit, Medium, in_plan};
 use crate::caster::Ray;
-use glam::{DVec3, Vec2, Vec3};
+use crate::stage::light::{DIFFUSE_PATH, Disc};
+use crate::stage::matt::Matt;
+use crate::stage::world::{Hit, Medium, in_plan};
+use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-/// A point of a matt surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Matt {
-    pub(super) position: DVec3,
-    /// Unit normal of the surface, away from its solid side.
-    pub(super) geometric: DVec3,
-    /// Unit normal for shading.
-    pub(super) normal: Vec3,
-    pub(super) albedo: Vec3,
-    /// Share of the sky that it sees, of what its normal would let it.
-    pub(super) open: f32,
-    /// How far above the surface shadow rays start, metres.
-    pub(super) lift: f64,
-    /// Whether waves focus sunlight on it.
-    pub(super) caustics: bool,
-}
-
-impl Matt {
-    /// In the open, shaded by its geometric normal.
-    pub(super) fn flat(hit: &Hit, albedo: Vec3, lift: f64) -> Self {
-        Self {
-            position: hit.position,
-            geometric: hit.normal,
-            normal: hit.normal.as_vec3(),
-            albedo,
-            open: 1.0,
-            lift,
-            caustics: false,
-        }
-    }
-}
-
 impl Tracer<'_> {
-    pub(super) fn ground_normal(&self, p: DVec3) -> DVec3 {
-        let slope = self
-            .world
-            .ground
-            .map_or(Vec2::ZERO, |g| g.slope(in_plan(p)).0)
-            .as_dvec2();
-        DVec3::new(-slope.x, 1.0, -slope.y).normalize()
-    }
-
     pub(super) fn ground(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
-        let Some(ground) = self.world.ground else {
-            return Vec3::ZERO;
-        };
-        let at = in_plan(hit.position);
-        let (slope, _) = ground.slope(at);
-        let above = -self.world.depth(hit.position) as f32;
-        // The footprint stretches where the ground is seen at a slant.
-        let cos = hit.normal.dot(path.ray.direction).abs().max(0.1) as f32;
-        let (albedo, slope) = self.world.look.shade(at, slope, above, width / cos.sqrt());
-        // Where the smooth ground is in light but the flat facet turns from it, a shadow ray that starts on the facet
-        // would draw the facets: it starts a little above.
-        let relief = if self.world.openness.is_some() {
-            0.02 * ground.spacing()
-        } else {
-            0.0
-        };
-        let matt = Matt {
-            normal: Vec3::new(-slope.x, 1.0, -slope.y).normalize(),
-            open: self.world.openness.map_or(1.0, |o| o.sample(at.as_vec2())),
-            caustics: true,
-            ..Matt::flat(hit, albedo, self.world.hair.max(relief))
-        };
-        self.lit(&matt, path.medium)
+        match self.world.ground_matt(hit, path.ray.direction, width) {
+            Some(matt) => self.lit(&matt, path.medium),
+            None => Vec3::ZERO,
+        }
     }
 
     /// Radiance of a matt surface.
     pub(super) fn lit(&mut self, matt: &Matt, medium: Medium) -> Vec3 {
+        if self.settings.glow {
+            return matt.albedo;
+        }
         let irradiance = match medium {
             Medium::Air => self.irradiance_in_air(matt),
             Medium::Water => self.irradiance_in_water(matt),
@@ -111,7 +55,7 @@ impl Tracer<'_> {
             let path = depth / beam.direction.y;
             let strength = beam.irradiance * volume.transmittance(path);
             level += strength * beam.direction.y;
-            let cos = match self.world.caustics.filter(|_| matt.caustics) {
+            let cos = match self.caustics.filter(|_| matt.caustics) {
                 Some(map) => {
                     let share = map.at(in_plan(matt.position).as_vec2());
                     caustics::received(beam.direction, matt.normal, matt.geometric, share)

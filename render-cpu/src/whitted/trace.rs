@@ -1,21 +1,18 @@
 //! The recursion: what a ray brings back.
 
 use super::Settings;
-use super::light::Disc;
-use super::shade::Matt;
-use super::world::{Hit, Medium, What, World, in_plan};
+use super::caustics::Caustics;
 use crate::caster::Ray;
-use glam::{DVec3, Vec2, Vec3};
+use crate::stage::air;
+use crate::stage::interface::{FOAM_ALBEDO, Interface};
+use crate::stage::light::Disc;
+use crate::stage::matt::Matt;
+use crate::stage::world::{Hit, Medium, What, World};
+use glam::{DVec3, Vec3};
 use meniscus_sim::optics::{fresnel, reflect, refract};
 
 /// Interfaces at which a ray is still followed after it is no longer split.
 const UNSPLIT_INTERFACES: u32 = 8;
-/// Albedo of foam (Whitlock, Bartlett & Gurganus 1982: 0.4 to 0.9 fresh).
-const FOAM_ALBEDO: f32 = 0.75;
-/// Koschmieder: the extinction over the visual range leaves 2 % of contrast.
-const KOSCHMIEDER: f32 = 3.912;
-/// Extinction of haze for red, green, blue against the mean: air scatters blue most.
-const HAZE_TINT: Vec3 = Vec3::new(0.75, 1.0, 1.4);
 
 /// A ray with what it carries.
 #[derive(Clone, Copy, Debug)]
@@ -31,28 +28,13 @@ pub(super) struct Path {
     pub(super) weight: f32,
 }
 
-/// What a water interface does to a ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Interface {
-    /// Share reflected.
-    pub(super) fresnel: f32,
-    pub(super) reflected: Vec3,
-    /// `None` at total reflection.
-    pub(super) refracted: Option<Vec3>,
-    /// Geometric normal towards the side that the ray comes from.
-    pub(super) facing: DVec3,
-    /// Shading normal towards the side that the ray comes from.
-    pub(super) shading: Vec3,
-    pub(super) from_water: bool,
-    /// Largest change of the normal's direction a metre.
-    pub(super) curvature: f32,
-}
-
 /// Follows the rays of one thread.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Tracer<'a> {
     pub(super) world: &'a World<'a>,
     pub(super) settings: &'a Settings,
+    /// Sunlight that waves focus on the ground, where there is any.
+    pub(super) caustics: Option<&'a Caustics>,
     /// Point of the sun's disc that shadow rays of the present sample aim at.
     pub(super) sun_point: [f32; 2],
     /// Rays cast so far.
@@ -67,13 +49,20 @@ impl Tracer<'_> {
         let direction = path.ray.direction.as_vec3();
         match (hit, path.medium) {
             (None, Medium::Air) => self.escaped(direction, path.spread),
+            (None, Medium::Water) if self.settings.glow => Vec3::ZERO,
             (None, Medium::Water) => {
                 let depth = self.world.depth(path.ray.origin) as f32;
                 self.world.volume.scattered(depth, -direction.y, f32::INFINITY)
             }
             (Some(hit), Medium::Air) => {
                 let seen = self.surface(&path, &hit, Vec3::ONE);
-                self.through_air(seen, direction, hit.t as f32)
+                air::through(
+                    self.world.light,
+                    self.settings.visual_range,
+                    seen,
+                    direction,
+                    hit.t as f32,
+                )
             }
             (Some(hit), Medium::Water) => {
                 let volume = self.world.volume;
@@ -83,31 +72,26 @@ impl Tracer<'_> {
                 }
                 let left = volume.transmittance(length);
                 let depth = self.world.depth(path.ray.origin) as f32;
-                let added = volume.scattered(depth, -direction.y, length);
+                let added = if self.settings.glow {
+                    Vec3::ZERO
+                } else {
+                    volume.scattered(depth, -direction.y, length)
+                };
                 left * self.surface(&path, &hit, left) + added
             }
         }
     }
 
     fn escaped(&self, direction: Vec3, spread: f32) -> Vec3 {
+        if self.settings.glow {
+            return Vec3::ZERO;
+        }
         let light = self.world.light;
         let mut radiance = light.sky.radiance(direction, spread);
         if let Some(sun) = &light.sun {
             radiance += sun.disc(direction, spread);
         }
         radiance
-    }
-
-    /// Haze over a way through the air: what is lost is replaced by the colour of the horizon.
-    fn through_air(&self, seen: Vec3, direction: Vec3, length: f32) -> Vec3 {
-        let Some(range) = self.settings.visual_range else {
-            return seen;
-        };
-        let left = (HAZE_TINT * (-KOSCHMIEDER * length / range)).exp();
-        if left.min_element() > 0.9999 {
-            return seen;
-        }
-        seen * left + self.world.light.sky.haze(direction) * (1.0 - left)
     }
 
     /// `left` is the share of the surface's radiance that the medium lets through to the ray's origin.
@@ -142,38 +126,14 @@ impl Tracer<'_> {
         }
     }
 
-    /// What happens to a ray at a water surface.
-    pub(super) fn interface(&self, direction: DVec3, hit: &Hit, glass: bool) -> Interface {
-        let from_water = hit.normal.dot(direction) > 0.0;
-        let side = if from_water { -1.0 } else { 1.0 };
-        let facing = side * hit.normal;
-        let (smooth, curvature) = if glass {
-            (hit.normal.as_vec3(), 0.0)
-        } else {
-            let (slope, curvature) = self.world.water.slope(in_plan(hit.position));
-            (Vec3::new(-slope.x, 1.0, -slope.y).normalize(), curvature)
-        };
-        let d = direction.as_vec3();
-        let g = facing.as_vec3();
-        let shading = towards_ray(side as f32 * smooth, d);
-        let index = self.world.index;
-        let eta = if from_water { index } else { 1.0 / index };
-        let fresnel = fresnel(-d.dot(shading), eta);
-        Interface {
-            fresnel,
-            reflected: keep_side(reflect(d, shading), g),
-            refracted: refract(d, shading, eta).map(|t| keep_side(t, -g)),
-            facing,
-            shading,
-            from_water,
-            curvature,
-        }
-    }
-
     fn water(&mut self, path: &Path, hit: &Hit, width: f32) -> Vec3 {
         let glass = matches!(hit.what, What::Water { glass: true });
-        let at = self.interface(path.ray.direction, hit, glass);
-        let foam = if glass { 0.0 } else { self.foam(hit.position) };
+        let at = self.world.interface(path.ray.direction, hit, glass);
+        let foam = if glass {
+            0.0
+        } else {
+            self.world.foam_cover(hit.position)
+        };
         let water = if foam < 1.0 {
             self.split(path, hit, &at, width)
         } else {
@@ -188,15 +148,6 @@ impl Tracer<'_> {
             ..Matt::flat(hit, Vec3::splat(FOAM_ALBEDO), self.world.hair)
         };
         water.lerp(self.lit(&matt, Medium::Air), foam)
-    }
-
-    fn foam(&self, p: DVec3) -> f32 {
-        let Some(foam) = self.world.foam else { return 0.0 };
-        let spec = foam.spec();
-        let q = spec.to_grid(in_plan(p).as_vec2());
-        let beyond = (-q).max(q - (spec.size.as_vec2() - Vec2::ONE)).max_element();
-        // Beyond the grid it fades within eight samples.
-        foam.sample(in_plan(p).as_vec2()).clamp(0.0, 1.0) * (1.0 - beyond / 8.0).clamp(0.0, 1.0)
     }
 
     /// Reflection and refraction at a water surface.
@@ -268,7 +219,7 @@ impl Tracer<'_> {
     /// is met at once.
     fn enter(&mut self, path: Path, hit: &Hit) -> Vec3 {
         if path.medium == Medium::Water && self.world.ground_height(path.ray.origin) >= path.ray.origin.y {
-            let normal = self.ground_normal(hit.position);
+            let normal = self.world.ground_normal(hit.position);
             let hit = Hit {
                 t: 0.0,
                 normal,
@@ -282,6 +233,9 @@ impl Tracer<'_> {
 
     /// After too many interfaces: the mean light of the medium.
     fn given_up(&self, path: &Path) -> Vec3 {
+        if self.settings.glow {
+            return Vec3::ZERO;
+        }
         let light = self.world.light;
         match path.medium {
             Medium::Air => light.sky.radiance(path.ray.direction.as_vec3(), 0.5),
@@ -332,27 +286,5 @@ impl Tracer<'_> {
             return left * self.radiance(through);
         }
         share * self.radiance(mirrored) + (1.0 - share) * left * self.radiance(through)
-    }
-}
-
-/// The shading normal, tilted as far as needed to face the ray.
-fn towards_ray(normal: Vec3, direction: Vec3) -> Vec3 {
-    const LEAST: f32 = 1e-3;
-    let along = normal.dot(direction);
-    if along > -LEAST {
-        (normal - direction * (along + LEAST)).normalize()
-    } else {
-        normal
-    }
-}
-
-/// A direction on the side of `normal`, tilted as far as needed.
-fn keep_side(direction: Vec3, normal: Vec3) -> Vec3 {
-    const LEAST: f32 = 1e-4;
-    let along = direction.dot(normal);
-    if along < LEAST {
-        (direction + normal * (LEAST - along)).normalize()
-    } else {
-        direction
     }
 }

@@ -1,7 +1,6 @@
 //! Drops, presses and pushes: whole quanta of water moved between cells, so that every volume is accounted for.
 
-use super::finite_volume::FiniteVolume;
-use super::real::Real;
+use super::exchange::Exchange;
 use super::settings::position;
 use crate::events::{Action, EventError};
 use crate::grid::GridSpec;
@@ -16,8 +15,8 @@ const LARGEST_SPEED: f32 = 1e3;
 
 /// A cell within reach of an action.
 struct Reached {
-    /// Padded index.
-    at: usize,
+    /// Sample along X and along Z.
+    at: [usize; 2],
     /// (distance / radius)², below 1.
     square: f64,
 }
@@ -32,8 +31,7 @@ fn impossible(action: &'static str, quantity: &'static str, value: f32, remedy: 
 }
 
 /// The cells nearer to `position` than `radius`.
-fn reach<T: Real>(
-    core: &FiniteVolume<T>,
+fn reach(
     spec: &GridSpec,
     action: &'static str,
     centre: Vec2,
@@ -62,7 +60,6 @@ fn reach<T: Real>(
         first..last.max(first)
     };
     let columns = range(centre.x, spec.origin.x, spec.width());
-    let layout = core.layout();
     let mut cells = Vec::new();
     for j in range(centre.y, spec.origin.y, spec.height()) {
         for i in columns.clone() {
@@ -70,10 +67,7 @@ fn reach<T: Real>(
             let (dx, dz) = (x - f64::from(centre.x), z - f64::from(centre.y));
             let square = (dx * dx + dz * dz) / (radius * radius);
             if square < 1.0 {
-                cells.push(Reached {
-                    at: layout.at(i, j),
-                    square,
-                });
+                cells.push(Reached { at: [i, j], square });
             }
         }
     }
@@ -122,8 +116,8 @@ fn share(total: f64, weights: &[f64], room: &[f64]) -> Vec<f64> {
 ///
 /// # Errors
 /// [`EventError::Impossible`] if a value is not finite or asks for water that is not there.
-pub(crate) fn apply<T: Real>(
-    core: &mut FiniteVolume<T>,
+pub(crate) fn apply<E: Exchange + ?Sized>(
+    water: &mut E,
     spec: &GridSpec,
     action: &Action,
 ) -> Result<(), EventError> {
@@ -132,28 +126,28 @@ pub(crate) fn apply<T: Real>(
             position,
             radius,
             volume,
-        } => drop_water(core, spec, position, radius, volume),
+        } => drop_water(water, spec, position, radius, volume),
         Action::Press {
             position,
             radius,
             depth,
-        } => press(core, spec, position, radius, depth),
+        } => press(water, spec, position, radius, depth),
         Action::Push {
             position,
             radius,
             velocity,
-        } => push(core, spec, position, radius, velocity),
+        } => push(water, spec, position, radius, velocity),
     }
 }
 
-fn drop_water<T: Real>(
-    core: &mut FiniteVolume<T>,
+fn drop_water<E: Exchange + ?Sized>(
+    water: &mut E,
     spec: &GridSpec,
     centre: Vec2,
     radius: f32,
     volume: f32,
 ) -> Result<(), EventError> {
-    let cells = reach(core, spec, "drop", centre, radius)?;
+    let cells = reach(spec, "drop", centre, radius)?;
     if !volume.is_finite() || f64::from(volume.abs()) > LARGEST_DEPTH * spec.cell_area() {
         return Err(impossible(
             "drop",
@@ -174,50 +168,51 @@ fn drop_water<T: Real>(
     let height = f64::from(volume) / spec.cell_area();
     // A drop deeper than the quantum was made for coarsens it first.
     let rise = height.max(0.0) / weights.iter().sum::<f64>();
-    core.make_room(rise);
-    let quantum = core.quantum();
+    water.make_room(deepest(water, &cells) + rise);
+    let quantum = water.quantum();
     let total = quantum.count(height.abs());
-    let fields = core.fields_mut();
-    let given = if volume >= 0.0 {
-        share(total, &weights, &vec![f64::INFINITY; cells.len()])
-    } else {
-        let room: Vec<f64> = cells
-            .iter()
-            .map(|c| quantum.count(fields.h[c.at].to_f64()))
-            .collect();
-        if room.iter().sum::<f64>() < total {
-            return Err(impossible(
-                "drop",
-                "volume",
-                volume,
-                "take no more water than stands within the radius",
-            ));
+    if volume >= 0.0 {
+        // Water that falls brings no momentum; water that is taken away takes its own with it.
+        let given = share(total, &weights, &vec![f64::INFINITY; cells.len()]);
+        for (cell, count) in cells.iter().zip(given) {
+            let [i, j] = cell.at;
+            water.add_depth(i, j, count * quantum.length());
         }
-        share(total, &weights, &room)
-    };
-    let sign = if volume >= 0.0 { 1.0 } else { -1.0 };
-    for (cell, count) in cells.iter().zip(given) {
-        let h = fields.h[cell.at].to_f64();
-        let depth = h + sign * count * quantum.length();
-        if sign < 0.0 {
-            // Water that is taken away takes its momentum with it; water that falls brings none.
-            let kept = T::from_f64(if h > 0.0 { depth / h } else { 0.0 });
-            fields.qx[cell.at] = fields.qx[cell.at] * kept;
-            fields.qz[cell.at] = fields.qz[cell.at] * kept;
-        }
-        fields.h[cell.at] = T::from_f64(depth);
+        return Ok(());
+    }
+    let room: Vec<f64> = cells
+        .iter()
+        .map(|c| quantum.count(water.depth(c.at[0], c.at[1])))
+        .collect();
+    if room.iter().sum::<f64>() < total {
+        return Err(impossible(
+            "drop",
+            "volume",
+            volume,
+            "take no more water than stands within the radius",
+        ));
+    }
+    for (cell, count) in cells.iter().zip(share(total, &weights, &room)) {
+        water.take(cell.at[0], cell.at[1], count * quantum.length());
     }
     Ok(())
 }
 
-fn press<T: Real>(
-    core: &mut FiniteVolume<T>,
+/// Depth of the deepest of some cells, m.
+fn deepest<E: Exchange + ?Sized>(water: &E, cells: &[Reached]) -> f64 {
+    cells
+        .iter()
+        .fold(0.0, |d, c| d.max(water.depth(c.at[0], c.at[1])))
+}
+
+fn press<E: Exchange + ?Sized>(
+    water: &mut E,
     spec: &GridSpec,
     centre: Vec2,
     radius: f32,
     depth: f32,
 ) -> Result<(), EventError> {
-    let cells = reach(core, spec, "press", centre, radius)?;
+    let cells = reach(spec, "press", centre, radius)?;
     if !depth.is_finite() || f64::from(depth.abs()) > LARGEST_DEPTH {
         return Err(impossible(
             "press",
@@ -226,15 +221,14 @@ fn press<T: Real>(
             "give finite metres, at most 1e5",
         ));
     }
-    core.make_room(f64::from(depth.abs()));
-    let quantum = core.quantum();
-    let fields = core.fields_mut();
+    water.make_room(deepest(water, &cells) + f64::from(depth.abs()));
+    let quantum = water.quantum();
     let (mut weights, mut room) = (Vec::new(), Vec::new());
     for cell in &cells {
         // (1 − r²)² (1 − 4r²) has no volume over the disc: a depression with its rim.
         let height = -f64::from(depth) * bump(cell.square) * (1.0 - 4.0 * cell.square);
         weights.push(height);
-        room.push(quantum.count(fields.h[cell.at].to_f64()));
+        room.push(quantum.count(water.depth(cell.at[0], cell.at[1])));
     }
     // Water is taken where the surface sinks, as far as there is any, and given to wet cells where it rises.
     let taken: Vec<f64> = weights
@@ -255,35 +249,26 @@ fn press<T: Real>(
     }
     // The water takes its momentum along.
     let mut moved = [0.0; 2];
-    for ((cell, take), room) in cells.iter().zip(&taken).zip(&room) {
-        if *take > 0.0 {
-            let part = take / room;
-            for (q, sum) in [&mut fields.qx[cell.at], &mut fields.qz[cell.at]]
-                .into_iter()
-                .zip(&mut moved)
-            {
-                *sum += part * q.to_f64();
-                *q = T::from_f64((1.0 - part) * q.to_f64());
-            }
-        }
+    for (cell, take) in cells.iter().zip(&taken) {
+        let (momentum, _) = water.take(cell.at[0], cell.at[1], take * quantum.length());
+        moved = [moved[0] + momentum[0], moved[1] + momentum[1]];
     }
-    for (cell, (take, give)) in cells.iter().zip(taken.iter().zip(given)) {
-        let h = fields.h[cell.at].to_f64() + (give - take) * quantum.length();
-        fields.h[cell.at] = T::from_f64(h);
-        fields.qx[cell.at] += T::from_f64(moved[0] * (give / total));
-        fields.qz[cell.at] += T::from_f64(moved[1] * (give / total));
+    for (cell, give) in cells.iter().zip(given) {
+        let [i, j] = cell.at;
+        water.add_depth(i, j, give * quantum.length());
+        water.add_discharge(i, j, moved.map(|q| q * (give / total)));
     }
     Ok(())
 }
 
-fn push<T: Real>(
-    core: &mut FiniteVolume<T>,
+fn push<E: Exchange + ?Sized>(
+    water: &mut E,
     spec: &GridSpec,
     centre: Vec2,
     radius: f32,
     velocity: Vec2,
 ) -> Result<(), EventError> {
-    let cells = reach(core, spec, "push", centre, radius)?;
+    let cells = reach(spec, "push", centre, radius)?;
     for value in velocity.to_array() {
         if !(value.abs() <= LARGEST_SPEED) {
             return Err(impossible(
@@ -294,14 +279,12 @@ fn push<T: Real>(
             ));
         }
     }
-    let dry = T::from_f64(core.dry());
-    let fields = core.fields_mut();
     for cell in &cells {
-        let h = fields.h[cell.at];
-        if h > dry {
-            let weight = h.to_f64() * bump(cell.square);
-            fields.qx[cell.at] += T::from_f64(weight * f64::from(velocity.x));
-            fields.qz[cell.at] += T::from_f64(weight * f64::from(velocity.y));
+        let [i, j] = cell.at;
+        let h = water.depth(i, j);
+        if h > water.dry() {
+            let weight = h * bump(cell.square);
+            water.add_discharge(i, j, velocity.to_array().map(|v| weight * f64::from(v)));
         }
     }
     Ok(())

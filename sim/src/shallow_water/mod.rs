@@ -7,6 +7,7 @@ mod boundary;
 pub mod cases;
 mod checkpoint;
 mod edges;
+pub(crate) mod exchange;
 mod finite_volume;
 mod from_scene;
 mod lattice;

@@ -72,6 +72,9 @@ fn infinity() -> f64 {
 pub struct Bound {
     /// The rows, at least one.
     rows: Selector,
+    /// Whether there may be none: of a case whose data is not part of the repository.
+    #[serde(default)]
+    may_be_absent: bool,
     /// Largest allowed value.
     at_most: Option<f64>,
     /// Smallest allowed value.
@@ -274,11 +277,12 @@ impl Bound {
                 self.source
             ),
             measured: match errors.len() {
+                0 if self.may_be_absent => "no such row, as may be".to_owned(),
                 0 => "no such row".to_owned(),
                 1 => format!("{low:.3e}"),
                 n => format!("{low:.3e} to {high:.3e} in {n} rows"),
             },
-            holds: !errors.is_empty() && errors.iter().all(inside),
+            holds: (self.may_be_absent || !errors.is_empty()) && errors.iter().all(inside),
         }
     }
 }

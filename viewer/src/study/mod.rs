@@ -22,6 +22,7 @@ mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+mod shallow_water;
 mod stability;
 mod truth;
 mod wave_equation;
@@ -126,6 +127,7 @@ impl StudyOutcome {
 pub fn all() -> Vec<&'static dyn Study> {
     vec![
         &wave_equation::WaveEquationStudy,
+        &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
         &stability::StabilityStudy,

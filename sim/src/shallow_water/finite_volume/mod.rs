@@ -1,7 +1,8 @@
 //! Well-balanced MUSCL-Hancock finite volumes: the grid in tiles, tiles in bands, bands over threads.
 
-pub(super) mod kernels;
-pub(super) mod tile;
+mod exchange;
+pub(crate) mod kernels;
+pub(crate) mod tile;
 
 use super::boundary::Boundary;
 use super::checkpoint::TileMemory;
@@ -15,8 +16,9 @@ use rayon::prelude::*;
 pub(super) use tile::{self as volume_step, Outcome};
 use tile::{Extent, HALO, Scratch, Sink, Source, TILE_WIDTH};
 
-/// Rows of a band, which one thread steps at a time.
-pub(super) const BAND: usize = 32;
+/// Rows of a band, which one thread steps at a time: each band reconstructs four rows and computes two rows of faces
+/// more than it keeps.
+const BAND: usize = 64;
 
 /// A tile's memory of its last step.
 #[derive(Clone, Copy, Debug)]
@@ -371,14 +373,6 @@ impl<T: Real> FiniteVolume<T> {
             };
             tile.awake = at_driven_edge
                 || beside(j, h, wraps[1]).any(|j| beside(i, w, wraps[0]).any(|i| alive[j * w + i]));
-        }
-    }
-
-    /// Coarsens the quantum where water `rise` deeper than the deepest would outgrow it.
-    pub(crate) fn make_room(&mut self, rise: f64) {
-        let deepest = self.deepest() + rise;
-        if deepest >= self.quantum.depth_limit::<T>() {
-            self.coarsen(deepest);
         }
     }
 

@@ -447,7 +447,7 @@ pub(super) fn mix<T: Real>(
             [old.h, h],
             pure,
             &calm[0],
-            kernels::Shear([&slopes.xu, &slopes.xv, &slopes.zu, &slopes.zv]),
+            kernels::Shear([&slopes.x.u, &slopes.x.v, &slopes.z.u, &slopes.z.v]),
             [&stars[0], &stars[1], &stars[2]],
             [&links[0], &links[1]],
             [&mut *xx, &mut *zz, &mut *xz],
@@ -674,8 +674,8 @@ fn update<T: Real>(
     for i in 0..h.len() {
         let c = i + HALO;
         let depths = (cells.h[c], old.h[c]);
-        let along_x = (cells.xe[c], cells.xz[c]);
-        let along_z = (cells.ze[c], cells.zz[c]);
+        let along_x = (cells.x.e[c], cells.x.z[c]);
+        let along_z = (cells.z.e[c], cells.z.z[c]);
         let west = seen(k, x, c - 1, false, depths, along_x);
         let east = seen(k, x, c, true, depths, along_x);
         let first = seen(k, z[0], c, false, depths, along_z);

@@ -24,7 +24,7 @@ impl Boundable for Ball {
 }
 
 /// All droplets of a frame under a bounding-volume hierarchy.
-pub(super) struct Spray {
+pub(crate) struct Spray {
     bvh: Bvh2,
     balls: Vec<Ball>,
 }
@@ -39,7 +39,7 @@ impl std::fmt::Debug for Spray {
 
 impl Spray {
     /// `None` if there is none of positive radius.
-    pub(super) fn build(droplets: &Droplets) -> Option<Self> {
+    pub(crate) fn build(droplets: &Droplets) -> Option<Self> {
         let balls: Vec<Ball> = droplets
             .position
             .iter()
@@ -60,7 +60,7 @@ impl Spray {
     }
 
     /// The first droplet from outside: ray parameter, centre and radius.
-    pub(super) fn cast(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3, f64)> {
+    pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3, f64)> {
         let mut best: Option<(f64, usize)> = None;
         let mut limit = t_max;
         let f32_ray = obvhs::ray::Ray::new(

@@ -43,7 +43,7 @@ impl Side {
 
 /// The sides of the domain that end the water.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Edges {
+pub(crate) struct Edges {
     sides: Vec<Side>,
     /// Height of the deck around a basin, metres.
     deck: f64,
@@ -60,7 +60,7 @@ fn initial_level(scene: &Scene) -> f64 {
 }
 
 /// Whether the walls of the scene are those of a basin.
-pub(super) fn is_basin(scene: &Scene) -> bool {
+pub(crate) fn is_basin(scene: &Scene) -> bool {
     let boundary = &scene.description.boundary;
     let walls = [boundary.x_min, boundary.x_max, boundary.z_min, boundary.z_max].map(|e| e == Edge::Wall);
     if walls == [false; 4] {
@@ -81,7 +81,7 @@ pub(super) fn is_basin(scene: &Scene) -> bool {
 
 impl Edges {
     /// The sides of a basin seen from `eye`; none for a landscape or the open sea.
-    pub(super) fn new(scene: &Scene, elevation: &Grid<f32>, eye: DVec3) -> Self {
+    pub(crate) fn new(scene: &Scene, elevation: &Grid<f32>, eye: DVec3) -> Self {
         if !is_basin(scene) {
             return Self::default();
         }
@@ -122,17 +122,17 @@ impl Edges {
     }
 
     /// Whether a side of the water is seen through.
-    pub(super) fn has_glass(&self) -> bool {
+    pub(crate) fn has_glass(&self) -> bool {
         self.sides.iter().any(|s| s.glass)
     }
 
     /// Whether a point is not beyond a glass side.
-    pub(super) fn within_glass(&self, p: DVec3) -> bool {
+    pub(crate) fn within_glass(&self, p: DVec3) -> bool {
         self.sides.iter().all(|s| !s.glass || s.beyond(p) <= 0.0)
     }
 
     /// First wall or deck: ray parameter and normal. A solid side fills the half-space beyond it up to the deck.
-    pub(super) fn cast_solid(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3)> {
+    pub(crate) fn cast_solid(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3)> {
         let mut best: Option<(f64, DVec3)> = None;
         let mut limit = t_max;
         for side in self.sides.iter().filter(|s| !s.glass) {
@@ -156,7 +156,7 @@ impl Edges {
     }
 
     /// First glass side at a point where there is water: ray parameter and normal into the air.
-    pub(super) fn cast_glass(
+    pub(crate) fn cast_glass(
         &self,
         ray: &Ray,
         t_max: f64,
@@ -184,7 +184,7 @@ impl Edges {
 }
 
 /// How the water surface goes on beyond its grid.
-pub(super) fn water_continuation(scene: &Scene) -> Continuation {
+pub(crate) fn water_continuation(scene: &Scene) -> Continuation {
     let boundary = &scene.description.boundary;
     let periodic = BVec2::new(boundary.x_min == Edge::Periodic, boundary.z_min == Edge::Periodic);
     let spec = scene.grid;
@@ -207,7 +207,7 @@ pub(super) fn water_continuation(scene: &Scene) -> Continuation {
 }
 
 /// How the ground goes on beyond its grid, which need not be that of the water.
-pub(super) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuation {
+pub(crate) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuation {
     let spec: &GridSpec = terrain.spec();
     let (w, h) = (spec.width(), spec.height());
     let rim = (0..w)
@@ -240,7 +240,7 @@ pub(super) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuati
 }
 
 /// Side of the square that holds the scene, metres: what lengths are compared with.
-pub(super) fn scale(scene: &Scene) -> f64 {
+pub(crate) fn scale(scene: &Scene) -> f64 {
     let water = scene.grid.extent().as_dvec2();
     let ground = scene
         .terrain

@@ -1,6 +1,5 @@
 //! Everything that a ray can meet, and what it meets first.
 
-use super::caustics::Caustics;
 use super::droplets::Spray;
 use super::ground::Ground;
 use super::light::Light;
@@ -14,14 +13,14 @@ use meniscus_sim::Grid;
 
 /// What a ray travels in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Medium {
+pub(crate) enum Medium {
     Air,
     Water,
 }
 
 /// What a ray meets.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum What {
+pub(crate) enum What {
     /// The water's surface or a glass side of it; the normal points into the air.
     Water {
         glass: bool,
@@ -41,52 +40,51 @@ pub(super) enum What {
 
 /// Where and what a ray meets.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit {
-    pub(super) t: f64,
-    pub(super) position: DVec3,
+pub(crate) struct Hit {
+    pub(crate) t: f64,
+    pub(crate) position: DVec3,
     /// Geometric unit normal: upwards for heightfields, outwards for solids.
-    pub(super) normal: DVec3,
-    pub(super) what: What,
+    pub(crate) normal: DVec3,
+    pub(crate) what: What,
 }
 
 /// A frame ready for rays.
 #[derive(Debug)]
-pub(super) struct World<'a> {
-    pub(super) water: &'a Surface,
-    pub(super) ground: Option<&'a Surface>,
+pub(crate) struct World<'a> {
+    pub(crate) water: &'a Surface,
+    pub(crate) ground: Option<&'a Surface>,
     /// How much of the sky the ground sees, 0 to 1, on the ground's own grid.
-    pub(super) openness: Option<&'a Grid<f32>>,
-    pub(super) look: &'a Ground,
-    pub(super) edges: &'a Edges,
-    pub(super) objects: Vec<Placed>,
-    pub(super) spray: Option<Spray>,
-    pub(super) foam: Option<&'a Grid<f32>>,
-    pub(super) caustics: Option<&'a Caustics>,
-    pub(super) light: &'a Light,
-    pub(super) volume: &'a Volume,
+    pub(crate) openness: Option<&'a Grid<f32>>,
+    pub(crate) look: &'a Ground,
+    pub(crate) edges: &'a Edges,
+    pub(crate) objects: Vec<Placed>,
+    pub(crate) spray: Option<Spray>,
+    pub(crate) foam: Option<&'a Grid<f32>>,
+    pub(crate) light: &'a Light,
+    pub(crate) volume: &'a Volume,
     /// Refractive index of the water.
-    pub(super) index: f32,
+    pub(crate) index: f32,
     /// A length that is nothing beside the scene and much beside rounding, metres.
-    pub(super) hair: f64,
+    pub(crate) hair: f64,
 }
 
-pub(super) fn in_plan(p: DVec3) -> DVec2 {
+pub(crate) fn in_plan(p: DVec3) -> DVec2 {
     DVec2::new(p.x, p.z)
 }
 
 impl World<'_> {
     /// Height of the ground, −∞ where there is none.
-    pub(super) fn ground_height(&self, p: DVec3) -> f64 {
+    pub(crate) fn ground_height(&self, p: DVec3) -> f64 {
         self.ground.map_or(f64::NEG_INFINITY, |g| g.height(in_plan(p)))
     }
 
     /// Depth of a point below the water's surface, negative above it; whether there is water is not asked.
-    pub(super) fn depth(&self, p: DVec3) -> f64 {
+    pub(crate) fn depth(&self, p: DVec3) -> f64 {
         self.water.height(in_plan(p)) - p.y
     }
 
     /// What is at a point that is in neither ground nor object.
-    pub(super) fn medium(&self, p: DVec3) -> Medium {
+    pub(crate) fn medium(&self, p: DVec3) -> Medium {
         if self.depth(p) > 0.0 && self.edges.within_glass(p) {
             Medium::Water
         } else {
@@ -95,7 +93,7 @@ impl World<'_> {
     }
 
     /// What the ray meets first within `t_max`.
-    pub(super) fn cast(&self, ray: &Ray, medium: Medium, t_max: f64) -> Option<Hit> {
+    pub(crate) fn cast(&self, ray: &Ray, medium: Medium, t_max: f64) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         let mut limit = t_max;
         let mut take = |hit: Hit, limit: &mut f64| {
@@ -163,7 +161,7 @@ impl World<'_> {
     }
 
     /// Whether something opaque is in the way.
-    pub(super) fn occluded(&self, ray: &Ray, t_max: f64) -> bool {
+    pub(crate) fn occluded(&self, ray: &Ray, t_max: f64) -> bool {
         self.edges.cast_solid(ray, t_max).is_some()
             || self.objects.iter().any(|o| o.cast(ray, t_max).is_some())
             || self.ground.is_some_and(|g| g.cast(ray, t_max).is_some())

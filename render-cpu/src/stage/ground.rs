@@ -19,7 +19,7 @@ const TURN: DVec2 = DVec2::new(0.8, 0.6);
 
 /// The look of the ground of one scene.
 #[derive(Debug)]
-pub(super) struct Ground {
+pub(crate) struct Ground {
     albedo: Vec3,
     steep: Vec3,
     shore: Vec3,
@@ -30,7 +30,7 @@ pub(super) struct Ground {
 
 impl Ground {
     /// `relief`: whether the ground has any.
-    pub(super) fn new(scene: &Scene, spacing: f64, relief: bool) -> Self {
+    pub(crate) fn new(scene: &Scene, spacing: f64, relief: bool) -> Self {
         let look = &scene.description.ground;
         let checker = f64::from(look.checker);
         Self {
@@ -44,18 +44,18 @@ impl Ground {
     }
 
     /// Bytes of the noise lattice, where there is one.
-    pub(super) fn noise_bytes() -> u64 {
+    pub(crate) fn noise_bytes() -> u64 {
         (LATTICE * LATTICE * size_of::<f32>()) as u64
     }
 
     /// Colour of faces of walls and of the deck around a basin.
-    pub(super) fn wall(&self) -> Vec3 {
+    pub(crate) fn wall(&self) -> Vec3 {
         self.steep
     }
 
     /// Albedo and shading slope at `p` (X, Z), where the ground's smooth slope is `slope`, it lies `above` metres above
     /// the water (negative: below), and a pixel covers `footprint` metres.
-    pub(super) fn shade(&self, p: DVec2, slope: Vec2, above: f32, footprint: f32) -> (Vec3, Vec2) {
+    pub(crate) fn shade(&self, p: DVec2, slope: Vec2, above: f32, footprint: f32) -> (Vec3, Vec2) {
         if self.checker > 0.0 {
             let share = checker_share(p / self.checker, f64::from(footprint) / self.checker);
             return (self.albedo.lerp(self.shore, share as f32), slope);

@@ -13,7 +13,7 @@ const TILE: u32 = 32;
 ///
 /// # Errors
 /// [`RenderError::Interrupted`] if `progress` returned `false`.
-pub(super) fn render<P: Copy + Default + Send, S>(
+pub(crate) fn render<P: Copy + Default + Send, S>(
     size: UVec2,
     progress: &(dyn Fn(f32) -> bool + Sync),
     state: impl Fn() -> S + Sync,

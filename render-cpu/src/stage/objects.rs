@@ -16,16 +16,16 @@ const GREY: Vec3 = Vec3::splat(0.55);
 
 /// Where a ray meets an object.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ObjectHit {
-    pub(super) t: f64,
+pub(crate) struct ObjectHit {
+    pub(crate) t: f64,
     /// Geometric and shading normal, outwards.
-    pub(super) normal: DVec3,
-    pub(super) shading: DVec3,
-    pub(super) color: Vec3,
+    pub(crate) normal: DVec3,
+    pub(crate) shading: DVec3,
+    pub(crate) color: Vec3,
 }
 
 /// A triangle mesh ready for rays, in its own axes.
-pub(super) struct Model {
+pub(crate) struct Model {
     bvh: Bvh2,
     /// Corners and vertex normals in the order of the hierarchy's leaves.
     corners: Vec<[Vec3; 3]>,
@@ -43,7 +43,7 @@ impl std::fmt::Debug for Model {
 
 impl Model {
     /// `None` if the mesh has no triangle with an area.
-    pub(super) fn build(mesh: &TriangleMesh) -> Option<Self> {
+    pub(crate) fn build(mesh: &TriangleMesh) -> Option<Self> {
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         let mut normals = Vec::with_capacity(mesh.triangles.len());
         for triangle in &mesh.triangles {
@@ -84,7 +84,7 @@ impl Model {
     }
 
     /// Bytes that a model of that many triangles holds.
-    pub(super) fn bytes_for(triangles: u64) -> u64 {
+    pub(crate) fn bytes_for(triangles: u64) -> u64 {
         // Corners and normals, two nodes of 32 bytes and an index a triangle.
         triangles * (36 + 36 + 64 + 4)
     }
@@ -159,7 +159,7 @@ enum Geometry {
 
 /// One object at its pose.
 #[derive(Debug)]
-pub(super) struct Placed {
+pub(crate) struct Placed {
     geometry: Geometry,
     position: DVec3,
     world_from_body: DMat3,
@@ -188,7 +188,7 @@ fn described_pose(object: &Object, time: f64) -> (Vec3, glam::Quat) {
 }
 
 /// The scene's objects at the poses of the frame, or where the frame has none, of their descriptions.
-pub(super) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>]) -> Vec<Placed> {
+pub(crate) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>]) -> Vec<Placed> {
     let objects = scene.description.objects.iter().enumerate();
     objects
         .filter_map(|(k, object)| {
@@ -240,7 +240,7 @@ pub(super) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>])
 }
 
 impl Placed {
-    pub(super) fn cast(&self, ray: &Ray, t_max: f64) -> Option<ObjectHit> {
+    pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<ObjectHit> {
         // Distance of the centre from the ray's line against the bounding sphere.
         let to = self.position - ray.origin;
         let along = to.dot(ray.direction);
@@ -276,7 +276,7 @@ impl Placed {
 }
 
 /// First `t ≥ 0` on a sphere about the origin, from outside or inside; the direction is a unit vector.
-pub(super) fn sphere(o: DVec3, d: DVec3, radius: f64) -> Option<f64> {
+pub(crate) fn sphere(o: DVec3, d: DVec3, radius: f64) -> Option<f64> {
     let b = o.dot(d);
     // |o − (o·d) d|² is the stable form of o² − b² far away.
     let q = o - b * d;

@@ -16,28 +16,28 @@ const MAX_TILES: u32 = 96;
 
 /// How a grid is continued.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Continuation {
+pub(crate) struct Continuation {
     /// Axes (X, Z) along which the surface repeats with period `spacing · size`.
-    pub(super) periodic: BVec2,
+    pub(crate) periodic: BVec2,
     /// Samples of apron beyond each edge of the other axes.
-    pub(super) apron: UVec2,
+    pub(crate) apron: UVec2,
     /// Height of the plane that the apron fades into, metres.
-    pub(super) level: f32,
+    pub(crate) level: f32,
 }
 
 /// Where a ray meets a [`Surface`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SurfaceHit {
+pub(crate) struct SurfaceHit {
     /// Ray parameter: metres for unit directions.
-    pub(super) t: f64,
-    pub(super) position: DVec3,
+    pub(crate) t: f64,
+    pub(crate) position: DVec3,
     /// Upward unit normal of what was hit.
-    pub(super) normal: DVec3,
+    pub(crate) normal: DVec3,
 }
 
 /// A heightfield with its continuation and smooth slopes.
 #[derive(Clone, Debug)]
-pub(super) struct Surface {
+pub(crate) struct Surface {
     field: Heightfield,
     heights: Grid<f32>,
     slopes: Grid<Vec2>,
@@ -49,7 +49,7 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    pub(super) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
+    pub(crate) fn build(source: &Grid<f32>, how: Continuation) -> Result<Self, HeightfieldError> {
         let heights = continued(source, &how, None);
         let slopes = slopes_of(&heights, how.periodic, None);
         let mut surface = Self {
@@ -67,7 +67,7 @@ impl Surface {
     }
 
     /// The same for new heights, reusing what is allocated.
-    pub(super) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
+    pub(crate) fn rebuild(&mut self, source: &Grid<f32>, how: Continuation) -> Result<(), HeightfieldError> {
         let old = std::mem::replace(&mut self.heights, Grid::filled(UNIT, 0.0));
         self.heights = continued(source, &how, Some(old));
         let old = std::mem::replace(&mut self.slopes, Grid::filled(UNIT, Vec2::ZERO));
@@ -87,7 +87,7 @@ impl Surface {
         self.range = (f64::from(low), f64::from(high));
     }
 
-    pub(super) fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         f64::from(self.heights.spec().spacing)
     }
 
@@ -109,7 +109,7 @@ impl Surface {
     }
 
     /// Height anywhere.
-    pub(super) fn height(&self, p: DVec2) -> f64 {
+    pub(crate) fn height(&self, p: DVec2) -> f64 {
         if !self.covers(p) {
             return f64::from(self.how.level);
         }
@@ -128,7 +128,7 @@ impl Surface {
 
     /// Slope (∂y/∂x, ∂y/∂z) of the smooth surface: fourth-order differences at the samples, interpolated by
     /// Catmull–Rom splines, hence continuous with its first derivative. Also the largest change of slope a metre.
-    pub(super) fn slope(&self, p: DVec2) -> (Vec2, f32) {
+    pub(crate) fn slope(&self, p: DVec2) -> (Vec2, f32) {
         if !self.covers(p) {
             return (Vec2::ZERO, 0.0);
         }
@@ -157,8 +157,38 @@ impl Surface {
         (slope, (high - low).max_element() / spec.spacing)
     }
 
+    /// Lowest and highest sample, metres.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        self.range
+    }
+
+    /// Bound of |slope| over the whole surface: splines overshoot their samples by less than a quarter.
+    pub(crate) fn steepest(&self) -> f32 {
+        let steepest = self.slopes.as_slice().iter().map(|s| s.length_squared());
+        1.25 * steepest.fold(0.0, f32::max).sqrt()
+    }
+
+    /// Slope (∂y/∂x, ∂y/∂z) of the very surface that rays meet: of its bilinear patch, 0 beyond the grid.
+    pub(crate) fn facet_slope(&self, p: DVec2) -> DVec2 {
+        if !self.covers(p) {
+            return DVec2::ZERO;
+        }
+        let spec = self.heights.spec();
+        let spacing = f64::from(spec.spacing);
+        let g = ((self.wrapped(p) - self.low) / spacing).clamp(DVec2::ZERO, spec.size.as_dvec2() - 1.0);
+        let i = (g.x as usize).min(spec.width().saturating_sub(2));
+        let j = (g.y as usize).min(spec.height().saturating_sub(2));
+        let f = g - dvec2(i as f64, j as f64);
+        let at = |i: usize, j: usize| f64::from(self.heights[(i, j)]);
+        let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
+        dvec2(
+            (b - a) * (1.0 - f.y) + (d - c) * f.y,
+            (c - a) * (1.0 - f.x) + (d - b) * f.x,
+        ) / spacing
+    }
+
     /// First meeting of the ray with the surface, from either side, with `t` in `[0, t_max]`.
-    pub(super) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
+    pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<SurfaceHit> {
         let near = if self.how.periodic.any() {
             self.cast_tiles(ray, t_max)
         } else {
@@ -288,12 +318,12 @@ const UNIT: GridSpec = GridSpec {
 };
 
 /// Bytes of a surface of that many samples: heights twice (once in the caster), slopes, block bounds.
-pub(super) fn bytes_for(samples: u64) -> u64 {
+pub(crate) fn bytes_for(samples: u64) -> u64 {
     samples * (4 + 4 + 8) + samples / 64 * 12
 }
 
 /// Samples of a grid together with its continuation.
-pub(super) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
+pub(crate) fn continued_samples(spec: &GridSpec, how: &Continuation) -> u64 {
     let size = continued_spec(spec, how).size;
     u64::from(size.x) * u64::from(size.y)
 }
@@ -409,7 +439,7 @@ fn difference(k: usize, n: usize, periodic: bool, f: impl Fn(usize) -> f32) -> f
     }
 }
 
-pub(super) fn catmull_rom(t: f32) -> [f32; 4] {
+pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [
         -0.5 * t + t2 - 0.5 * t3,
@@ -425,7 +455,7 @@ pub(super) fn catmull_rom(t: f32) -> [f32; 4] {
 /// Solvers let the surface of dry samples coincide with the ground. Ground of finer resolution dips below the chords
 /// between those samples and would show puddles there; dry samples without a wet neighbour are therefore lowered by
 /// more than the ground can dip within their cells. The neighbours of wet samples carry the waterline and stay.
-pub(super) fn drawable(
+pub(crate) fn drawable(
     frame: &meniscus_sim::Frame,
     ground: Option<&Grid<f32>>,
     periodic: BVec2,
@@ -475,7 +505,7 @@ fn sink_dry(out: &mut Grid<f32>, ground: &Grid<f32>) {
 
 /// Share of the sky's light that level ground gets between the heights around it: the mean of cos² of the horizon's
 /// elevation in eight directions.
-pub(super) fn openness(terrain: &Grid<f32>) -> Grid<f32> {
+pub(crate) fn openness(terrain: &Grid<f32>) -> Grid<f32> {
     const DIRECTIONS: [(isize, isize); 8] = [
         (1, 0),
         (1, 1),

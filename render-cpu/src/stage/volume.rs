@@ -22,9 +22,9 @@ const MEAN_COSINE: f32 = 0.9;
 
 /// The body of water.
 #[derive(Clone, Debug)]
-pub(super) struct Volume {
+pub(crate) struct Volume {
     /// c per metre: what a path loses.
-    pub(super) extinction: Vec3,
+    pub(crate) extinction: Vec3,
     /// s per metre: the part of it that is scattered isotropically.
     scattering: Vec3,
     /// (Eᵢ, kᵢ) of the sources.
@@ -32,7 +32,7 @@ pub(super) struct Volume {
 }
 
 impl Volume {
-    pub(super) fn new(water: &Water, light: &Light) -> Self {
+    pub(crate) fn new(water: &Water, light: &Light) -> Self {
         let scattering = (1.0 - MEAN_COSINE) * water.scattering.max(Vec3::ZERO);
         let extinction = water.absorption.max(Vec3::ZERO) + scattering;
         let sky = light.entering * light.sky.irradiance(Vec3::Y);
@@ -47,23 +47,28 @@ impl Volume {
     }
 
     /// Whether light passes unchanged.
-    pub(super) fn is_clear(&self) -> bool {
+    pub(crate) fn is_clear(&self) -> bool {
         self.extinction == Vec3::ZERO
     }
 
+    /// s per metre: what is scattered in all directions alike.
+    pub(crate) fn scattering(&self) -> Vec3 {
+        self.scattering
+    }
+
     /// Share of radiance left after `distance` metres.
-    pub(super) fn transmittance(&self, distance: f32) -> Vec3 {
+    pub(crate) fn transmittance(&self, distance: f32) -> Vec3 {
         meniscus_sim::optics::transmittance(self.extinction, distance)
     }
 
     /// Share of the sky's diffuse light left at `depth` metres.
-    pub(super) fn diffuse_transmittance(&self, depth: f32) -> Vec3 {
+    pub(crate) fn diffuse_transmittance(&self, depth: f32) -> Vec3 {
         self.transmittance(DIFFUSE_PATH * depth.max(0.0))
     }
 
     /// Radiance scattered into a path of `distance` metres (which may be infinite) that starts `depth` metres below the
     /// surface and sinks by `sinking` metres a metre.
-    pub(super) fn scattered(&self, depth: f32, sinking: f32, distance: f32) -> Vec3 {
+    pub(crate) fn scattered(&self, depth: f32, sinking: f32, distance: f32) -> Vec3 {
         if self.scattering == Vec3::ZERO {
             return Vec3::ZERO;
         }

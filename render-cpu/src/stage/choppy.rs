@@ -13,7 +13,7 @@ const ITERATIONS: usize = 24;
 const CLOSE: f64 = 1e-4;
 
 /// Heights over the samples' own places, of elevations that are displaced by `displacement` (metres).
-pub(super) fn undisplaced(
+pub(crate) fn undisplaced(
     elevation: &Grid<f32>,
     displacement: &Grid<Vec2>,
     periodic: BVec2,
