@@ -53,7 +53,7 @@ fn every_solver_that_is_compiled_in_can_be_built_by_its_name() {
     let infos = solvers::available();
     assert_eq!(
         infos.iter().map(|s| s.name).collect::<Vec<_>>(),
-        ["wave-equation", "procedural", "shallow-water"]
+        ["wave-equation", "procedural", "shallow-water", "sph"]
     );
     for info in infos.iter().filter(|s| s.compiled) {
         let mut scene = scene(&format!("kind = \"{}\"", info.name));
@@ -236,6 +236,8 @@ fn poses_of_objects_come_with_the_frames() {
         shape: Shape::Sphere { radius: 0.3 },
         position: Vec3::new(1.0, 2.0, 3.0),
         rotation: glam::Quat::IDENTITY,
+        velocity: glam::Vec3::ZERO,
+        spin: glam::Vec3::ZERO,
         density: 500.0,
         motion,
         color: None,

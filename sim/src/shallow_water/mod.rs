@@ -9,6 +9,7 @@ mod checkpoint;
 mod edges;
 pub(crate) mod exchange;
 mod finite_volume;
+mod floats;
 mod from_scene;
 mod lattice;
 pub mod monai;
@@ -16,14 +17,16 @@ mod real;
 mod scheme;
 mod settings;
 mod solver;
+mod splash;
 pub mod stability;
 mod storage;
 mod totals;
 
-pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, TileMemory};
+pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{
     DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LatticeSettings, Method, Precision,
     Settings, SetupError, position,
 };
 pub use solver::ShallowWater;
+pub use splash::{Ledger, SplashSettings};

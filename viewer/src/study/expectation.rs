@@ -186,6 +186,17 @@ impl Expectations {
         toml::from_str(text)
     }
 
+    /// The expectations about `rows`, which are part of the study's, without those of processor time.
+    #[cfg(test)]
+    pub(crate) fn about(mut self, rows: &[Row]) -> Self {
+        let any = |selector: &Selector| selector.select(rows).next().is_some();
+        self.order.retain(|e| e.rows.select(rows).count() >= 3);
+        self.bound.retain(|e| any(&e.rows));
+        self.ratio
+            .retain(|e| e.quantity != Quantity::CpuS && any(&e.of) && any(&e.to));
+        self
+    }
+
     /// Holds the rows of the study against every expectation; also, every row must be `ok`.
     pub fn check(&self, rows: &[Row]) -> Vec<Verdict> {
         let mut verdicts = vec![all_ok(rows)];

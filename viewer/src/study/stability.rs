@@ -113,10 +113,12 @@ enum Method {
 }
 
 impl Method {
-    const ALL: [Self; 4] = [
+    const ALL: [Self; 6] = [
         Self::Explicit,
         Self::ExplicitFixed,
         Self::Implicit,
+        Self::ImplicitDamped,
+        Self::ShallowWater,
         Self::Procedural,
     ];
     /// What can be tried with any basin of water.
@@ -377,6 +379,7 @@ impl Situation {
                 courant: None,
                 film_depth: None,
                 relaxation: None,
+                splash: None,
             });
         }
         if let Choice::WaveEquation(parameters) = &mut scene.description.solver {

@@ -1,0 +1,178 @@
+//! A dense grid of cells by counting sort: particles of one cell, and cells of one row, are neighbours in memory.
+
+use glam::{UVec3, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Cells a grid may have for each particle, beside [`FEWEST`]; beyond it the outermost cells grow instead.
+const CELLS_A_PARTICLE: usize = 16;
+const FEWEST: usize = 1 << 16;
+
+/// Cells as wide as the kernel's support, numbered along X, then Z, then Y: a particle's 27 cells are 9 runs of memory.
+///
+/// Particles outside the box of cells count to the nearest one. Two particles within one support are still in
+/// neighbouring cells then, so nothing is missed.
+#[derive(Debug, Default)]
+pub(crate) struct Cells {
+    low: Vec3,
+    inverse: f32,
+    size: UVec3,
+    /// First particle of each cell, and their number at the end.
+    start: Vec<u32>,
+    cell: Vec<u32>,
+    /// Old number of each particle in the new order.
+    order: Vec<u32>,
+}
+
+impl Cells {
+    /// Sorts `positions` into cells of `width`. [`Self::order`] then says which particle goes where; the caller moves
+    /// them.
+    pub(crate) fn sort(&mut self, positions: &[Vec4], width: f32) {
+        let n = positions.len();
+        let (low, high) = bounds(positions);
+        self.low = low;
+        self.inverse = 1.0 / width;
+        let most = (CELLS_A_PARTICLE * n + FEWEST) as f64;
+        let mut size = ((high - low) * self.inverse).floor().as_dvec3() + 1.0;
+        // A few particles far away must not cost memory: axes are cut, the longest first.
+        while size.x * size.y * size.z > most {
+            let largest = size.max_element();
+            let cut = |c: f64| {
+                if c == largest {
+                    (0.5 * c).floor().max(1.0)
+                } else {
+                    c
+                }
+            };
+            size = glam::DVec3::new(cut(size.x), cut(size.y), cut(size.z));
+        }
+        self.size = size.as_uvec3().max(UVec3::ONE);
+        let cells = self.size.x as usize * self.size.y as usize * self.size.z as usize;
+        self.cell.resize(n, 0);
+        let (grid, low, inverse) = (self.size, self.low, self.inverse);
+        self.cell
+            .par_iter_mut()
+            .with_min_len(4096)
+            .zip(positions)
+            .for_each(|(cell, p)| {
+                let c = coordinates(p.truncate(), low, inverse, grid);
+                *cell = (c.y * grid.z + c.z) * grid.x + c.x;
+            });
+        self.start.clear();
+        self.start.resize(cells + 1, 0);
+        for &c in &self.cell {
+            self.start[c as usize] += 1;
+        }
+        let mut sum = 0;
+        for s in &mut self.start {
+            sum += std::mem::replace(s, sum);
+        }
+        self.order.resize(n, 0);
+        for (k, &c) in self.cell.iter().enumerate() {
+            let at = &mut self.start[c as usize];
+            self.order[*at as usize] = k as u32;
+            *at += 1;
+        }
+        // Every start has moved to its cell's end, which is the next one's start.
+        for c in (1..=cells).rev() {
+            self.start[c] = self.start[c - 1];
+        }
+        self.start[0] = 0;
+    }
+
+    /// Old number of each particle, in the new order.
+    #[cfg(test)]
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Moves `values` into the new order through `spare`.
+    pub(crate) fn reorder<T: Copy + Default + Send + Sync>(&self, values: &mut Vec<T>, spare: &mut Vec<T>) {
+        spare.resize(values.len(), T::default());
+        spare
+            .par_iter_mut()
+            .with_min_len(4096)
+            .zip(&self.order)
+            .for_each(|(to, &from)| *to = values[from as usize]);
+        std::mem::swap(values, spare);
+    }
+
+    /// Calls `run` with every range of particles whose cells touch that of `p`, in order.
+    #[inline]
+    pub(crate) fn runs_around(&self, p: Vec3, mut run: impl FnMut(std::ops::Range<usize>)) {
+        let c = coordinates(p, self.low, self.inverse, self.size);
+        let first = UVec3::new(
+            c.x.saturating_sub(1),
+            c.y.saturating_sub(1),
+            c.z.saturating_sub(1),
+        );
+        let last = (c + 1).min(self.size - 1);
+        for y in first.y..=last.y {
+            for z in first.z..=last.z {
+                let row = (y * self.size.z + z) * self.size.x;
+                let from = self.start[(row + first.x) as usize];
+                let to = self.start[(row + last.x + 1) as usize];
+                if from < to {
+                    run(from as usize..to as usize);
+                }
+            }
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        4 * (self.start.capacity() + self.cell.capacity() + self.order.capacity())
+    }
+}
+
+fn coordinates(p: Vec3, low: Vec3, inverse: f32, size: UVec3) -> UVec3 {
+    // Conversion to unsigned saturates at 0.
+    ((p - low) * inverse).as_uvec3().min(size - 1)
+}
+
+/// The box of all positions; a point if there is none.
+fn bounds(positions: &[Vec4]) -> (Vec3, Vec3) {
+    let Some(first) = positions.first() else {
+        return (Vec3::ZERO, Vec3::ZERO);
+    };
+    let (mut low, mut high) = (*first, *first);
+    for p in positions {
+        low = low.min(*p);
+        high = high.max(*p);
+    }
+    (low.truncate(), high.truncate())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn every_pair_within_a_cell_width_is_found_even_far_outside() {
+        let mut rng = Rng::new(3, 0);
+        let mut positions: Vec<Vec4> = (0..500)
+            .map(|_| {
+                let mut u = || rng.uniform_f32();
+                Vec4::new(u(), 2.0 * u(), 0.1 * u(), 0.0)
+            })
+            .collect();
+        // Two that are far away, and one at a great distance.
+        positions.push(Vec4::new(90.0, 0.0, 0.0, 0.0));
+        positions.push(Vec4::new(90.05, 0.0, 0.0, 0.0));
+        positions.push(Vec4::new(0.0, 1e6, 0.0, 0.0));
+        let (width, mut cells, mut spare) = (0.12, Cells::default(), Vec::new());
+        cells.sort(&positions, width);
+        let mut seen: Vec<u32> = cells.order().to_vec();
+        seen.sort_unstable();
+        assert_eq!(seen, (0..503).collect::<Vec<u32>>());
+        cells.reorder(&mut positions, &mut spare);
+        for p in &positions {
+            let near = |q: &Vec4| p.distance_squared(*q) < width * width;
+            let expected = positions.iter().filter(|q| near(q)).count();
+            let mut found = 0;
+            cells.runs_around(p.truncate(), |run| {
+                found += positions[run].iter().filter(|q| near(q)).count();
+            });
+            assert_eq!(found, expected);
+        }
+    }
+}

@@ -1,0 +1,550 @@
+//! The surface of the particles as a heightfield.
+//!
+//! Cords 2007, equations 5 and 6: a potential φ(x) = Σ √(1 − r²/h²) over the particles nearer than h; the surface of a
+//! column is the highest point where φ reaches a value, here the one that gives a lattice with a level top its true
+//! height. Columns in which it never does are dry. Walls and ground mirror the particles before them, so that the
+//! surface meets them level and a single layer of particles is as deep as it is.
+//!
+//! Particles are binned by column. Each bin is searched downwards from its highest particle, taking up particles as
+//! they come within reach, so the cost grows with the number of columns and not with the depth of the water.
+
+use super::boundary::{Boundary, Outline};
+use super::fluid::Fluid;
+use crate::frame::{Channels, Frame, extend_into_dry};
+use crate::grid::{Grid, GridSpec};
+use glam::{Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Radius h of the potential in particle spacings.
+const RADIUS: f32 = 2.0;
+/// Radius of the sphere that holds a particle's water, in spacings: (3/4π)^⅓.
+const DROPLET: f32 = 0.620_35;
+/// Samples by which the surface continues below the shore.
+const SHORE: usize = 3;
+/// Candidates are kept in whole groups of this many, which one evaluation takes side by side.
+const LANES: usize = 8;
+/// Where the candidates stand that fill up a group: out of everyone's reach.
+const NOWHERE: f32 = 1e15;
+
+/// How the crossing is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Root {
+    /// Steps of half a spacing, then three secants: within about 1e-3 of a spacing.
+    Fast,
+    /// Steps of an eighth of a spacing, then to the precision of the numbers.
+    Exact,
+}
+
+/// Makes heightfields of particles, keeping its buffers.
+#[derive(Debug)]
+pub struct Extractor {
+    spec: GridSpec,
+    spacing: f32,
+    radius: f32,
+    /// Value of φ at the surface.
+    level: f32,
+    root: Root,
+    /// Columns along each side of a bin, and bins along X and Z.
+    columns: usize,
+    bins: [usize; 2],
+    /// Bins to look at on each side.
+    reach: isize,
+    start: Vec<u32>,
+    bin: Vec<u32>,
+    order: Vec<u32>,
+    sorted: Vec<Vec4>,
+    flow: Vec<[f32; 3]>,
+}
+
+impl Extractor {
+    /// For particles of that `spacing`, on the samples of `spec`.
+    pub fn new(spec: GridSpec, spacing: f32, root: Root) -> Self {
+        let columns = ((spacing / spec.spacing).round() as usize).max(1);
+        let radius = RADIUS * spacing;
+        let width = spec.spacing * columns as f32;
+        Self {
+            spec,
+            spacing,
+            radius,
+            level: level(RADIUS),
+            root,
+            columns,
+            bins: [spec.width().div_ceil(columns), spec.height().div_ceil(columns)],
+            reach: ((radius - 0.5 * spec.spacing) / width).ceil().max(1.0) as isize,
+            start: Vec::new(),
+            bin: Vec::new(),
+            order: Vec::new(),
+            sorted: Vec::new(),
+            flow: Vec::new(),
+        }
+    }
+
+    /// Value of the potential at the surface.
+    pub fn level(&self) -> f32 {
+        self.level
+    }
+
+    /// Radius of the potential in metres.
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// Writes surface and wanted channels of `fluid` to `out`, over ground of these heights. With `all`, every
+    /// particle is a droplet of the frame, not only those clear of the surface.
+    pub fn extract(&mut self, fluid: &Fluid, ground: &Grid<f32>, want: Channels, all: bool, out: &mut Frame) {
+        let offered = Channels::DEPTH | Channels::VELOCITY | Channels::DROPLETS;
+        out.prepare(self.spec, want & offered);
+        self.sort(fluid);
+        self.heights(fluid.boundary(), ground, &mut out.elevation);
+        if let Some(droplets) = &mut out.droplets {
+            let elevation = &out.elevation;
+            for (p, v) in fluid.positions().iter().zip(fluid.velocities()) {
+                let p = p.truncate();
+                if all || p.y - 0.5 * self.spacing > self.highest_near(elevation, p) {
+                    droplets.position.push(p);
+                    droplets.velocity.push(v.truncate());
+                    droplets.radius.push(DROPLET * self.spacing);
+                }
+            }
+        }
+        // Dry columns hold −∞ so far.
+        let wet = |k: usize, e: &Grid<f32>| e.as_slice()[k] > ground.as_slice()[k];
+        let depth = Grid::from_fn(self.spec, |i, j| {
+            let k = self.spec.index(i, j);
+            if wet(k, &out.elevation) {
+                out.elevation.as_slice()[k] - ground.as_slice()[k]
+            } else {
+                0.0
+            }
+        });
+        extend_into_dry(&mut out.elevation, &depth, ground, SHORE);
+        if let Some(velocity) = &mut out.velocity {
+            self.flows(fluid, &depth, velocity);
+        }
+        if out.depth.is_some() {
+            out.depth = Some(depth);
+        }
+    }
+
+    fn bin_of(&self, p: Vec2) -> usize {
+        let g = (self.spec.to_grid(p) + 0.5) / self.columns as f32;
+        let [nx, nz] = self.bins;
+        // Conversion saturates at 0.
+        (g.y as usize).min(nz - 1) * nx + (g.x as usize).min(nx - 1)
+    }
+
+    /// Sorts the particles into bins, the highest first in each.
+    fn sort(&mut self, fluid: &Fluid) {
+        let positions = fluid.positions();
+        let bins = self.bins[0] * self.bins[1];
+        self.bin.clear();
+        for p in positions {
+            let bin = self.bin_of(Vec2::new(p.x, p.z));
+            self.bin.push(bin as u32);
+        }
+        self.start.clear();
+        self.start.resize(bins + 1, 0);
+        for &b in &self.bin {
+            self.start[b as usize + 1] += 1;
+        }
+        for b in 0..bins {
+            self.start[b + 1] += self.start[b];
+        }
+        self.order.clear();
+        self.order.extend_from_slice(&self.start[..bins]);
+        self.sorted.resize(positions.len(), Vec4::ZERO);
+        for (p, &b) in positions.iter().zip(&self.bin) {
+            let at = &mut self.order[b as usize];
+            self.sorted[*at as usize] = *p;
+            *at += 1;
+        }
+        for b in 0..bins {
+            let run = &mut self.sorted[self.start[b] as usize..self.start[b + 1] as usize];
+            // Equal heights in the order of the particles, which is the same for any number of threads.
+            run.sort_by(|p, q| q.y.total_cmp(&p.y));
+        }
+    }
+
+    /// Heights of all columns; −∞ where there is no surface.
+    fn heights(&self, boundary: &Boundary, ground: &Grid<f32>, elevation: &mut Grid<f32>) {
+        let (width, rows) = (self.spec.width(), self.columns);
+        elevation
+            .as_mut_slice()
+            .par_chunks_mut(width * rows)
+            .enumerate()
+            .for_each_init(Candidates::default, |candidates, (bz, out)| {
+                out.fill(f32::NEG_INFINITY);
+                for bx in 0..self.bins[0] {
+                    self.search_bin(bx, bz, boundary, ground, candidates, out);
+                }
+            });
+    }
+
+    /// Heights of the columns of one bin. `out` holds the rows of the bin.
+    fn search_bin(
+        &self,
+        bx: usize,
+        bz: usize,
+        boundary: &Boundary,
+        ground: &Grid<f32>,
+        candidates: &mut Candidates,
+        out: &mut [f32],
+    ) {
+        let h = self.radius;
+        let width = self.spec.width();
+        let i_range = bx * self.columns..((bx + 1) * self.columns).min(width);
+        let j_range = bz * self.columns..((bz + 1) * self.columns).min(self.spec.height());
+        let top = candidates.open(self, bx, bz);
+        if top == f32::NEG_INFINITY {
+            return;
+        }
+        let mut lowest = f32::MAX;
+        candidates.columns.clear();
+        for j in j_range.clone() {
+            for i in i_range.clone() {
+                lowest = lowest.min(ground[(i, j)]);
+                candidates.columns.push(Column {
+                    at: self.spec.position(i, j),
+                    out: (j - j_range.start) * width + i,
+                    before: 0.0,
+                    found: false,
+                });
+            }
+        }
+        let step = match self.root {
+            Root::Fast => 0.5 * self.spacing,
+            Root::Exact => 0.125 * self.spacing,
+        };
+        let tile = (self.spec.position(i_range.start, j_range.start), {
+            self.spec.position(i_range.end - 1, j_range.end - 1)
+        });
+        let mut y = top + h;
+        let mut open = candidates.columns.len();
+        while open > 0 && y > lowest {
+            y = (y - step).max(lowest);
+            candidates.take_down_to(y - h, y + h + step, tile, self, boundary);
+            // No more than one of each particle within reach.
+            if (candidates.count as f32) < self.level {
+                continue;
+            }
+            for c in 0..candidates.columns.len() {
+                let column = candidates.columns[c];
+                if column.found {
+                    continue;
+                }
+                let value = candidates.potential(column.at, y, h);
+                if value >= self.level {
+                    let height = self.root(candidates, column, y, step, value);
+                    out[column.out] = height;
+                    candidates.columns[c].found = true;
+                    open -= 1;
+                } else {
+                    candidates.columns[c].before = value;
+                }
+            }
+        }
+    }
+
+    /// The crossing between `y` and `y + step`, by regula falsi (Illinois).
+    fn root(&self, candidates: &mut Candidates, column: Column, y: f32, step: f32, value: f32) -> f32 {
+        candidates.narrow(column.at, self.radius);
+        let (most, close) = match self.root {
+            Root::Fast => (3, 1e-3 * self.spacing),
+            Root::Exact => (60, 1e-6 * self.spacing),
+        };
+        let (mut low, mut f_low) = (y, value - self.level);
+        let (mut high, mut f_high) = (y + step, column.before - self.level);
+        let mut at = low;
+        for _ in 0..most {
+            let next = low + (high - low) * (f_low / (f_low - f_high));
+            let moved = (next - at).abs();
+            at = next;
+            if moved < close {
+                break;
+            }
+            let f = candidates.narrowed(at, self.radius) - self.level;
+            if f >= 0.0 {
+                (low, f_low) = (at, f);
+                f_high *= 0.5;
+            } else {
+                (high, f_high) = (at, f);
+                f_low *= 0.5;
+            }
+        }
+        at
+    }
+
+    /// Height of the highest surface among the four columns about `p`.
+    fn highest_near(&self, elevation: &Grid<f32>, p: Vec3) -> f32 {
+        let g = self.spec.to_grid(Vec2::new(p.x, p.z)).max(Vec2::ZERO);
+        let (w, h) = (self.spec.width(), self.spec.height());
+        let (i, j) = ((g.x as usize).min(w - 1), (g.y as usize).min(h - 1));
+        let (i1, j1) = ((i + 1).min(w - 1), (j + 1).min(h - 1));
+        let at = |i, j| elevation[(i, j)];
+        at(i, j).max(at(i1, j)).max(at(i, j1)).max(at(i1, j1))
+    }
+
+    /// Mean horizontal velocity over the particles about each column.
+    fn flows(&mut self, fluid: &Fluid, depth: &Grid<f32>, out: &mut Grid<Vec2>) {
+        let [nx, nz] = self.bins;
+        self.flow.clear();
+        self.flow.resize(nx * nz, [0.0; 3]);
+        for (v, &b) in fluid.velocities().iter().zip(&self.bin) {
+            let flow = &mut self.flow[b as usize];
+            flow[0] += v.x;
+            flow[1] += v.z;
+            flow[2] += 1.0;
+        }
+        let side = self.columns as f32;
+        for j in 0..self.spec.height() {
+            for i in 0..self.spec.width() {
+                out[(i, j)] = Vec2::ZERO;
+                if depth[(i, j)] <= 0.0 {
+                    continue;
+                }
+                // Where the column stands between the centres of bins.
+                let g = (Vec2::new(i as f32, j as f32) + 0.5) / side - 0.5;
+                let base = g.floor();
+                let (mut sum, mut weight) = (Vec2::ZERO, 0.0);
+                for (dx, dz) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+                    let b = base + Vec2::new(dx, dz);
+                    if b.min_element() < 0.0 || b.x as usize >= nx || b.y as usize >= nz {
+                        continue;
+                    }
+                    let tent = (1.0 - (g - b).abs()).max(Vec2::splat(1e-3));
+                    let flow = self.flow[b.y as usize * nx + b.x as usize];
+                    sum += tent.x * tent.y * Vec2::new(flow[0], flow[1]);
+                    weight += tent.x * tent.y * flow[2];
+                }
+                if weight > 0.0 {
+                    out[(i, j)] = sum / weight;
+                }
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> u64 {
+        let ones = self.start.capacity() + self.bin.capacity() + self.order.capacity();
+        (4 * ones + 16 * self.sorted.capacity() + 12 * self.flow.capacity()) as u64
+    }
+}
+
+/// One column of a bin under search.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    at: Vec2,
+    /// Where its height goes.
+    out: usize,
+    /// Potential one step higher.
+    before: f32,
+    found: bool,
+}
+
+/// The particles within reach of a bin, between the height under search and a radius above and below.
+#[derive(Debug, Default)]
+struct Candidates {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    z: Vec<f32>,
+    /// Entries that are particles.
+    count: usize,
+    /// Next particle of each bin about, and the end of the bin.
+    runs: Vec<(usize, usize)>,
+    columns: Vec<Column>,
+    /// Of one column: 1 − ρ²/h² and height.
+    near: Vec<f32>,
+    near_y: Vec<f32>,
+}
+
+impl Candidates {
+    /// Begins with a bin. Returns the height of the highest particle within reach, −∞ if there is none.
+    fn open(&mut self, from: &Extractor, bx: usize, bz: usize) -> f32 {
+        self.runs.clear();
+        self.count = 0;
+        let mut top = f32::NEG_INFINITY;
+        let [nx, nz] = from.bins;
+        for dz in -from.reach..=from.reach {
+            for dx in -from.reach..=from.reach {
+                let (Some(x), Some(z)) = (bx.checked_add_signed(dx), bz.checked_add_signed(dz)) else {
+                    continue;
+                };
+                if x >= nx || z >= nz {
+                    continue;
+                }
+                let b = z * nx + x;
+                let run = (from.start[b] as usize, from.start[b + 1] as usize);
+                if run.0 < run.1 {
+                    top = top.max(from.sorted[run.0].y);
+                    self.runs.push(run);
+                }
+            }
+        }
+        top
+    }
+
+    /// Drops what is above `high` and takes up the particles not below `low` that are within reach of the columns
+    /// between the corners `tile`, with their mirror images.
+    fn take_down_to(
+        &mut self,
+        low: f32,
+        high: f32,
+        tile: (Vec2, Vec2),
+        from: &Extractor,
+        boundary: &Boundary,
+    ) {
+        let h = from.radius;
+        let mut kept = 0;
+        for k in 0..self.count {
+            if self.y[k] < high {
+                self.x[kept] = self.x[k];
+                self.y[kept] = self.y[k];
+                self.z[kept] = self.z[k];
+                kept += 1;
+            }
+        }
+        for list in [&mut self.x, &mut self.y, &mut self.z] {
+            list.truncate(kept);
+        }
+        let mut runs = std::mem::take(&mut self.runs);
+        for run in &mut runs {
+            while run.0 < run.1 && from.sorted[run.0].y >= low {
+                let p = from.sorted[run.0].truncate();
+                run.0 += 1;
+                if p.y >= high {
+                    continue;
+                }
+                self.push(p, tile, h);
+                mirror(boundary, p, h, |image| self.push(image, tile, h));
+            }
+        }
+        self.runs = runs;
+        self.count = self.y.len();
+        while !self.y.len().is_multiple_of(LANES) {
+            self.x.push(NOWHERE);
+            self.y.push(NOWHERE);
+            self.z.push(NOWHERE);
+        }
+    }
+
+    fn push(&mut self, p: Vec3, tile: (Vec2, Vec2), h: f32) {
+        let at = Vec2::new(p.x, p.z);
+        if at.distance_squared(at.clamp(tile.0, tile.1)) < h * h {
+            self.x.push(p.x);
+            self.y.push(p.y);
+            self.z.push(p.z);
+        }
+    }
+
+    /// φ at height `y` of a column.
+    fn potential(&self, at: Vec2, y: f32, h: f32) -> f32 {
+        let scale = 1.0 / (h * h);
+        let mut sums = [0.0_f32; LANES];
+        let groups = self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES));
+        for ((px, py), pz) in groups.zip(self.z.chunks_exact(LANES)) {
+            for k in 0..LANES {
+                let (dx, dy, dz) = (at.x - px[k], y - py[k], at.y - pz[k]);
+                sums[k] += (1.0 - scale * (dx * dx + dy * dy + dz * dz)).max(0.0).sqrt();
+            }
+        }
+        sums.iter().sum()
+    }
+
+    /// Keeps beside the candidates those of one column.
+    fn narrow(&mut self, at: Vec2, h: f32) {
+        let scale = 1.0 / (h * h);
+        self.near.clear();
+        self.near_y.clear();
+        for k in 0..self.count {
+            let (dx, dz) = (at.x - self.x[k], at.y - self.z[k]);
+            let left = 1.0 - scale * (dx * dx + dz * dz);
+            if left > 0.0 {
+                self.near.push(left);
+                self.near_y.push(self.y[k]);
+            }
+        }
+        while !self.near.len().is_multiple_of(LANES) {
+            self.near.push(0.0);
+            self.near_y.push(NOWHERE);
+        }
+    }
+
+    /// φ at height `y` of the column of [`Self::narrow`].
+    fn narrowed(&self, y: f32, h: f32) -> f32 {
+        let scale = 1.0 / (h * h);
+        let mut sums = [0.0_f32; LANES];
+        for (near, height) in self.near.chunks_exact(LANES).zip(self.near_y.chunks_exact(LANES)) {
+            for k in 0..LANES {
+                let dy = y - height[k];
+                sums[k] += (near[k] - scale * dy * dy).max(0.0).sqrt();
+            }
+        }
+        sums.iter().sum()
+    }
+}
+
+/// Calls `image` with the mirror images of `p` in ground and walls nearer than `h`, and in both.
+fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
+    let mut images = [p; 16];
+    let mut count = 1;
+    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
+        for k in 0..count {
+            if count + k < images.len() {
+                images[count + k] = reflect(images[k]);
+            }
+        }
+        count = (2 * count).min(images.len());
+    };
+    if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
+        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
+    }
+    if boundary.outline == Outline::Round {
+        let centre = 0.5 * (boundary.low + boundary.high);
+        let radius = 0.5 * (boundary.high - boundary.low).min_element();
+        let away = Vec2::new(p.x, p.z) - centre;
+        if radius - away.length() < h && away.length() > 0.0 {
+            let scale = (2.0 * radius - away.length()) / away.length();
+            add(&|q| {
+                let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
+                Vec3::new(at.x, q.y, at.y)
+            });
+        }
+    } else {
+        let [x0, x1, z0, z1] = boundary.walls;
+        for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
+            }
+        }
+        for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
+            }
+        }
+    }
+    for &p in &images[1..count] {
+        image(p);
+    }
+}
+
+/// Mean of φ, with a radius in spacings, over the level plane half a spacing above a half-space of lattice.
+fn level(radius: f32) -> f32 {
+    const PLACES: i32 = 8;
+    let reach = radius.ceil() as i32 + 1;
+    let mut sum = 0.0;
+    for a in 0..PLACES {
+        for b in 0..PLACES {
+            let x = (a as f32 + 0.5) / PLACES as f32;
+            let z = (b as f32 + 0.5) / PLACES as f32;
+            for k in 0..reach {
+                for i in -reach..=reach {
+                    for j in -reach..=reach {
+                        let r2 = (x - i as f32).powi(2) + (z - j as f32).powi(2) + (0.5 + k as f32).powi(2);
+                        sum += (1.0 - r2 / (radius * radius)).max(0.0).sqrt();
+                    }
+                }
+            }
+        }
+    }
+    sum / (PLACES * PLACES) as f32
+}

@@ -1,0 +1,330 @@
+//! The particles, and one step of either model.
+
+use super::boundary::{Boundary, Touch, WallTable};
+use super::cells::Cells;
+use super::kernel::{CubicSpline, Muller};
+use super::neighbours::Neighbours;
+use super::settings::{Model, Settings};
+use super::{dfsph, mcg03, viscosity};
+use crate::reduce;
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Particles that one task of a simple pass takes at least.
+pub(crate) const TASK: usize = 2048;
+/// Fastest particle in particle spacings a second that still counts as water.
+const RUNAWAY: f32 = 1e7;
+
+/// State of the particles as plain arrays in the order of their cells. The fourth component of vectors is unused, so
+/// that a neighbour arrives in one load.
+#[derive(Debug, Default)]
+pub(crate) struct Particles {
+    pub(crate) position: Vec<Vec4>,
+    pub(crate) velocity: Vec<Vec4>,
+    /// Pressure over density that kept the density in the last step, m²/s².
+    pub(crate) pressure: Vec<f32>,
+    /// Pressure over density that removed the divergence in the last step, m²/s².
+    pub(crate) impulse: Vec<f32>,
+}
+
+/// What a step computes for each particle.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    /// Density over rest density.
+    pub(crate) density: Vec<f32>,
+    /// Inverse of the diagonal of the pressure system, m².
+    pub(crate) inverse: Vec<f32>,
+    pub(crate) touch: Vec<Touch>,
+    pub(crate) acceleration: Vec<Vec4>,
+    pub(crate) source: Vec<f32>,
+    pub(crate) pressure: Vec<f32>,
+    pub(crate) pair: Vec<[f32; 2]>,
+    pub(crate) residual: Vec<Vec4>,
+    pub(crate) direction: Vec<Vec4>,
+    pub(crate) product: Vec<Vec4>,
+    pub(crate) partial: Vec<f64>,
+    spare4: Vec<Vec4>,
+    spare: Vec<f32>,
+}
+
+/// What one sub-step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stepped {
+    /// Iterations of the density and of the divergence solver.
+    pub iterations: [u32; 2],
+    /// Mean compression that the density solver left, relative.
+    pub compression: f64,
+    /// Mean rate of compression that the divergence solver left, 1/s.
+    pub divergence: f64,
+    /// Iterations of the viscosity solver.
+    pub viscous: u32,
+    /// Whether a solver stopped at its largest number of iterations.
+    pub stalled: bool,
+}
+
+/// Water as particles, with everything that a step needs.
+#[derive(Debug)]
+pub struct Fluid {
+    pub(crate) settings: Settings,
+    pub(crate) boundary: Boundary,
+    pub(crate) particles: Particles,
+    pub(crate) kernel: CubicSpline,
+    pub(crate) muller: Muller,
+    table: WallTable,
+    pub(crate) cells: Cells,
+    pub(crate) neighbours: Neighbours,
+    pub(crate) work: Work,
+    /// The neighbours are those of the present positions.
+    fresh: bool,
+}
+
+impl Fluid {
+    /// Water within `boundary`.
+    pub fn new(settings: Settings, boundary: Boundary) -> Self {
+        let kernel = CubicSpline::new(settings.support());
+        Self {
+            table: WallTable::new(&kernel, settings.spacing),
+            muller: Muller::new(settings.support()),
+            kernel,
+            settings,
+            boundary,
+            particles: Particles::default(),
+            cells: Cells::default(),
+            neighbours: Neighbours::default(),
+            work: Work::default(),
+            fresh: false,
+        }
+    }
+
+    /// Adds a particle.
+    pub fn add(&mut self, position: Vec3, velocity: Vec3) {
+        self.particles.position.push(position.extend(0.0));
+        self.particles.velocity.push(velocity.extend(0.0));
+        self.particles.pressure.push(0.0);
+        self.particles.impulse.push(0.0);
+        self.fresh = false;
+    }
+
+    /// Removes the particles of which `gone` says so, in the order of the others. Returns how many there were.
+    pub fn remove(&mut self, gone: impl Fn(Vec3) -> bool) -> usize {
+        let before = self.len();
+        let p = &mut self.particles;
+        let mut kept = 0;
+        for k in 0..before {
+            if !gone(p.position[k].truncate()) {
+                p.position[kept] = p.position[k];
+                p.velocity[kept] = p.velocity[k];
+                p.pressure[kept] = p.pressure[k];
+                p.impulse[kept] = p.impulse[k];
+                kept += 1;
+            }
+        }
+        if kept < before {
+            p.position.truncate(kept);
+            p.velocity.truncate(kept);
+            p.pressure.truncate(kept);
+            p.impulse.truncate(kept);
+            self.fresh = false;
+        }
+        before - kept
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        self.particles.position.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Positions in metres; the fourth component means nothing.
+    pub fn positions(&self) -> &[Vec4] {
+        &self.particles.position
+    }
+
+    /// Velocities in m/s, in the order of [`Self::positions`].
+    pub fn velocities(&self) -> &[Vec4] {
+        &self.particles.velocity
+    }
+
+    /// Velocities, to be changed.
+    pub fn velocities_mut(&mut self) -> &mut [Vec4] {
+        &mut self.particles.velocity
+    }
+
+    /// Pressure over rest density of particle `k` in the last step, m²/s².
+    pub fn pressure(&self, k: usize) -> f64 {
+        f64::from(self.particles.pressure[k]) + f64::from(self.particles.impulse[k])
+    }
+
+    /// Density over rest density at the positions before the last step.
+    pub fn densities(&self) -> &[f32] {
+        &self.work.density
+    }
+
+    /// What it was told.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Tilts gravity, m/s².
+    pub fn set_gravity(&mut self, gravity: Vec3) {
+        self.settings.gravity = gravity;
+    }
+
+    /// What water cannot pass.
+    pub fn boundary(&self) -> &Boundary {
+        &self.boundary
+    }
+
+    /// Moves obstacles.
+    pub fn boundary_mut(&mut self) -> &mut Boundary {
+        &mut self.boundary
+    }
+
+    /// Mass of a particle in kg.
+    pub fn particle_mass(&self) -> f64 {
+        f64::from(self.settings.density) * f64::from(self.settings.spacing).powi(3)
+    }
+
+    /// Largest speed in m/s; NaN or infinite if any is.
+    pub fn fastest(&self) -> f32 {
+        let v = &self.particles.velocity;
+        let square = |k: usize| f64::from(v[k].truncate().length_squared());
+        reduce::arg_max(v.len(), square).map_or(0.0, |(_, s)| s.sqrt() as f32)
+    }
+
+    /// The particle that left what water can do, with its speed, if any did.
+    pub(crate) fn runaway(&self) -> Option<(usize, f32)> {
+        let limit = RUNAWAY * self.settings.spacing;
+        let speed = |k: usize| self.particles.velocity[k].truncate().length();
+        let lost = |k: usize| !(speed(k) < limit) || !self.particles.position[k].truncate().is_finite();
+        let found = reduce::arg_max(self.len(), |k| f64::from(u8::from(lost(k))));
+        found.filter(|f| f.1 > 0.0).map(|(k, _)| (k, speed(k)))
+    }
+
+    /// Largest speed that counts as water, m/s.
+    pub(crate) fn speed_limit(&self) -> f32 {
+        RUNAWAY * self.settings.spacing
+    }
+
+    /// Longest stable sub-step in seconds for the present state.
+    pub fn stable_step(&self) -> f64 {
+        let mut speed = self.fastest();
+        for obstacle in &self.boundary.obstacles {
+            speed = speed.max(obstacle.pose.velocity.length());
+        }
+        self.settings.stable_step(speed)
+    }
+
+    /// Sorts the particles and finds their neighbours, unless that was done since they last moved.
+    pub(crate) fn refresh(&mut self) {
+        if self.fresh {
+            return;
+        }
+        let (p, work) = (&mut self.particles, &mut self.work);
+        self.cells.sort(&p.position, self.settings.support());
+        self.cells.reorder(&mut p.position, &mut work.spare4);
+        self.cells.reorder(&mut p.velocity, &mut work.spare4);
+        self.cells.reorder(&mut p.pressure, &mut work.spare);
+        self.cells.reorder(&mut p.impulse, &mut work.spare);
+        let n = p.position.len();
+        work.touch.resize(n, Touch::default());
+        let (table, boundary) = (&self.table, &self.boundary);
+        let sticks = self.settings.sticks && self.settings.viscosity > 0.0;
+        work.touch
+            .par_iter_mut()
+            .with_min_len(TASK)
+            .zip(&p.position)
+            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks));
+        for list in [
+            &mut work.density,
+            &mut work.inverse,
+            &mut work.source,
+            &mut work.pressure,
+        ] {
+            list.resize(n, 0.0);
+        }
+        work.acceleration.resize(n, Vec4::ZERO);
+        work.pair.resize(n, [0.0; 2]);
+        match self.settings.model {
+            Model::Dfsph => dfsph::prepare(self),
+            Model::Mcg03 => mcg03::prepare(self),
+        }
+        self.fresh = true;
+    }
+
+    /// Takes one sub-step of `dt` seconds, which the caller has kept below [`Self::stable_step`].
+    pub fn step(&mut self, dt: f32) -> Stepped {
+        if self.is_empty() {
+            return Stepped::default();
+        }
+        self.refresh();
+        let stepped = match self.settings.model {
+            Model::Dfsph => {
+                let mut stepped = dfsph::remove_divergence(self, dt);
+                let gravity = (self.settings.gravity * dt).extend(0.0);
+                self.particles
+                    .velocity
+                    .par_iter_mut()
+                    .with_min_len(TASK)
+                    .for_each(|v| *v += gravity);
+                stepped.viscous = viscosity::apply(self, dt);
+                dfsph::keep_density(self, dt, &mut stepped);
+                stepped
+            }
+            Model::Mcg03 => mcg03::accelerate(self, dt),
+        };
+        self.move_on(dt);
+        stepped
+    }
+
+    /// Moves the particles with their velocities, and back where they passed a boundary.
+    fn move_on(&mut self, dt: f32) {
+        let (boundary, spacing) = (&self.boundary, self.settings.spacing);
+        let p = &mut self.particles;
+        p.position
+            .par_iter_mut()
+            .with_min_len(TASK)
+            .zip(&mut p.velocity)
+            .for_each(|(position, velocity)| {
+                let mut v = velocity.truncate();
+                let mut x = position.truncate() + dt * v;
+                if boundary.confine(spacing, &mut x, &mut v) {
+                    *velocity = v.extend(0.0);
+                }
+                *position = x.extend(0.0);
+            });
+        self.fresh = false;
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> u64 {
+        let (p, w) = (&self.particles, &self.work);
+        let fours = [
+            &p.position,
+            &p.velocity,
+            &w.acceleration,
+            &w.residual,
+            &w.direction,
+            &w.product,
+            &w.spare4,
+        ];
+        let ones = [
+            &p.pressure,
+            &p.impulse,
+            &w.density,
+            &w.inverse,
+            &w.source,
+            &w.pressure,
+            &w.spare,
+        ];
+        let own: usize = fours.iter().map(|v| 16 * v.capacity()).sum::<usize>()
+            + ones.iter().map(|v| 4 * v.capacity()).sum::<usize>()
+            + size_of::<Touch>() * w.touch.capacity()
+            + 8 * w.pair.capacity();
+        (own + self.cells.bytes() + self.neighbours.bytes()) as u64
+    }
+}

@@ -1,0 +1,33 @@
+//! Water in a tank as particles (smoothed particle hydrodynamics), and its surface as a heightfield.
+//!
+//! After Cords 2007, section 3, with a better solver beside his: [`Settings::model`] is `dfsph` (divergence-free SPH,
+//! incompressible) or `mcg03` (state equation). A step sorts the particles into cells (`cells`), lists neighbours with
+//! what every pass needs of a pair (`neighbours`), adds what boundaries fill (`boundary`, `obstacle`,
+//! `distance_field`), and solves for pressure (`dfsph`, `mcg03`) and viscosity (`viscosity`). `extract` makes heightfield
+//! frames of the particles; `solver` drives both for a scene, with what pours in (`jets`) and what acts on the water
+//! (`actions`).
+
+mod actions;
+mod boundary;
+pub mod cases;
+mod cells;
+mod dfsph;
+mod distance_field;
+mod extract;
+mod fluid;
+mod jets;
+mod kernel;
+mod mcg03;
+mod neighbours;
+mod obstacle;
+mod settings;
+mod solver;
+mod viscosity;
+
+pub use boundary::{Boundary, Ground, Outline};
+pub use distance_field::DistanceField;
+pub use extract::{Extractor, Root};
+pub use fluid::{Fluid, Stepped};
+pub use obstacle::{Obstacle, Solid};
+pub use settings::{Model, Settings};
+pub use solver::Sph;

@@ -1,0 +1,180 @@
+//! Lists of neighbours with what every pass needs of a pair, made once a step.
+
+use super::cells::Cells;
+use crate::rng::Rng;
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Particles whose lists lie together. Fixed: sums over blocks are folded in their order.
+pub(crate) const BLOCK: usize = 256;
+
+/// Distance over the support below which two particles stand in one place.
+const COINCIDENT: f32 = 1e-3;
+
+/// Neighbours of consecutive particles.
+#[derive(Debug, Default)]
+struct Block {
+    start: Vec<u32>,
+    index: Vec<u32>,
+    pair: Vec<Vec4>,
+    /// Candidates of one particle that are within the support.
+    near: Vec<u32>,
+    square: Vec<f32>,
+}
+
+/// For each particle the numbers of its neighbours, and four values of each pair.
+///
+/// The lists of [`BLOCK`] particles share one buffer that is kept from step to step, so that they are filled in one
+/// parallel pass and nothing is allocated once the buffers have grown.
+#[derive(Debug, Default)]
+pub(crate) struct Neighbours {
+    blocks: Vec<Block>,
+}
+
+/// What a pass sees of one particle.
+pub(crate) struct Near<'a> {
+    /// The particle.
+    pub(crate) i: usize,
+    /// Its neighbours, itself excluded.
+    pub(crate) index: &'a [u32],
+    /// Four values of each pair.
+    pub(crate) pair: &'a [Vec4],
+}
+
+impl Near<'_> {
+    /// Neighbour and pair values, in order.
+    #[inline]
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (usize, Vec4)> {
+        self.index
+            .iter()
+            .map(|&j| j as usize)
+            .zip(self.pair.iter().copied())
+    }
+}
+
+impl Neighbours {
+    /// Finds all pairs nearer than `support` and stores `pair(x_i − x_j, |x_i − x_j|²)` of each.
+    pub(crate) fn find(
+        &mut self,
+        cells: &Cells,
+        positions: &[Vec4],
+        support: f32,
+        pair: impl Fn(Vec3, f32) -> Vec4 + Sync,
+    ) {
+        let blocks = positions.len().div_ceil(BLOCK);
+        self.blocks.resize_with(blocks, Block::default);
+        let square = support * support;
+        let coincident = COINCIDENT * COINCIDENT * square;
+        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
+            let end = ((b + 1) * BLOCK).min(positions.len());
+            block.start.clear();
+            block.index.clear();
+            block.pair.clear();
+            block.start.push(0);
+            for i in b * BLOCK..end {
+                let p = positions[i];
+                let found = near(block, cells, positions, i, square);
+                for k in 0..found {
+                    let j = block.near[k];
+                    let x = if block.square[k] > coincident {
+                        (p - positions[j as usize]).truncate()
+                    } else {
+                        apart(i, j as usize) * coincident.sqrt()
+                    };
+                    block.index.push(j);
+                    block.pair.push(pair(x, block.square[k].max(coincident)));
+                }
+                block.start.push(block.index.len() as u32);
+            }
+        });
+    }
+
+    /// Writes `f` of every particle to `out`.
+    pub(crate) fn map<T: Send>(&self, out: &mut [T], f: impl Fn(Near<'_>) -> T + Sync) {
+        self.blocks
+            .par_iter()
+            .zip(out.par_chunks_mut(BLOCK))
+            .enumerate()
+            .for_each(|(b, (block, out))| {
+                for (k, out) in out.iter_mut().enumerate() {
+                    *out = f(block.near_of(b, k));
+                }
+            });
+    }
+
+    /// Writes `f` of every particle to `out` and sums what it says beside: block by block, so that the sum does not
+    /// depend on threads. `partial` is work space.
+    pub(crate) fn map_sum<T: Send>(
+        &self,
+        out: &mut [T],
+        partial: &mut Vec<f64>,
+        f: impl Fn(Near<'_>) -> (T, f64) + Sync,
+    ) -> f64 {
+        partial.resize(self.blocks.len(), 0.0);
+        self.blocks
+            .par_iter()
+            .zip(out.par_chunks_mut(BLOCK))
+            .zip(partial.par_iter_mut())
+            .enumerate()
+            .for_each(|(b, ((block, out), partial))| {
+                *partial = 0.0;
+                for (k, out) in out.iter_mut().enumerate() {
+                    let (value, share) = f(block.near_of(b, k));
+                    *out = value;
+                    *partial += share;
+                }
+            });
+        partial.iter().sum()
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.blocks
+            .iter()
+            .map(|b| 4 * (b.start.capacity() + b.index.capacity()) + 16 * b.pair.capacity())
+            .sum()
+    }
+}
+
+impl Block {
+    #[inline]
+    fn near_of(&self, b: usize, k: usize) -> Near<'_> {
+        let range = self.start[k] as usize..self.start[k + 1] as usize;
+        Near {
+            i: b * BLOCK + k,
+            index: &self.index[range.clone()],
+            pair: &self.pair[range],
+        }
+    }
+}
+
+/// A direction in which two particles in one place part: of chance, but the same for any run, and opposite for both.
+fn apart(i: usize, j: usize) -> Vec3 {
+    let mut rng = Rng::new(i.min(j) as u64, i.max(j) as u64);
+    let mut side = || rng.uniform_f32() - 0.5;
+    let direction = Vec3::new(side(), side(), side()).normalize_or(Vec3::X);
+    if i < j { direction } else { -direction }
+}
+
+/// Lists in `block.near` what is within reach of particle `i`, without a branch a candidate, since which are near is
+/// a matter of chance. Returns how many there are.
+#[inline]
+fn near(block: &mut Block, cells: &Cells, positions: &[Vec4], i: usize, square: f32) -> usize {
+    let p = positions[i];
+    let mut found = 0;
+    cells.runs_around(p.truncate(), |run| {
+        let room = found + run.len() + 1;
+        if block.near.len() < room {
+            block.near.resize(2 * room, 0);
+            block.square.resize(2 * room, 0.0);
+        }
+        let (list, squares) = (&mut block.near[..room], &mut block.square[..room]);
+        for (j, q) in run.clone().zip(&positions[run]) {
+            let x = p - *q;
+            let r2 = x.x * x.x + x.y * x.y + x.z * x.z;
+            list[found] = j as u32;
+            squares[found] = r2;
+            found += usize::from(r2 < square && j != i);
+        }
+    });
+    found
+}
