@@ -1,4 +1,4 @@
-//! Divergence-free SPH: two pressure systems, one for the rate of compression and one for the compression.
+//! Divergence-free SPH: two pressure systems, one for velocities that would compress and one for what is compressed.
 //!
 //! Bender & Koschier 2015, 2017. With particles of equal volume V, g_ij = V ∇W(x_i − x_j) and G_i the gradient of the
 //! share that boundaries fill, a pressure over density p gives the acceleration
@@ -22,12 +22,7 @@ const FEWEST: u32 = 2;
 const MOST: u32 = 200;
 /// Largest share of compression that one step removes: particles put inside each other move apart instead of
 /// exploding.
-const GENTLE: f32 = 0.01;
-/// Density ratio below which a particle is spray: it is not kept free of divergence, since with half of its neighbours
-/// missing that would hold drops together (Bender & Koschier 2017, section 3.2).
-const SPRAY: f32 = 0.75;
-/// Source of a particle that takes no part.
-const IDLE: f32 = -1e9;
+const GENTLE: f32 = 0.1;
 /// Smallest diagonal of the system, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
 
@@ -111,13 +106,6 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
         Which::Divergence => &mut fluid.particles.impulse,
     };
     let mut iterations = 0;
-    let (relax, weight) = (tune("RELAX", RELAXATION), tune("OVER", 0.0));
-    let warm = tune("WARM", 1.0);
-    if warm != 1.0 {
-        for p in pressure.iter_mut() {
-            *p *= warm;
-        }
-    }
     loop {
         accelerations(&fluid.neighbours, pressure, &work.touch, &mut work.acceleration);
         let (a, touch, source, inverse) = (&work.acceleration, &work.touch, &work.source, &work.inverse);
@@ -132,18 +120,13 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
                 }
                 let rate = sum.x + sum.y + sum.z + touch[near.i].gradient.dot(own.truncate());
                 let residual = source[near.i] + gain * rate;
-                let change = relax * residual * inverse[near.i] / gain;
+                let change = RELAXATION * residual * inverse[near.i] / gain;
                 let p = before[near.i];
-                let over = if p > 0.0 {
-                    weight * (-residual).max(0.0).min(p * gain / inverse[near.i])
-                } else {
-                    0.0
-                };
-                ((p + change).max(0.0), f64::from(residual.max(0.0) + over))
+                ((p + change).max(0.0), f64::from(residual.max(0.0)))
             });
         iterations += 1;
         let mean = left / n;
-        if (mean <= tolerance && iterations >= tune("FEWEST", FEWEST as f32) as u32) || iterations == MOST {
+        if (mean <= tolerance && iterations >= FEWEST) || iterations == MOST {
             return (iterations, mean);
         }
         std::mem::swap(pressure, &mut work.pressure);
@@ -164,43 +147,29 @@ fn accelerate(fluid: &mut Fluid, dt: f32) {
         .for_each(|(v, a)| *v += dt * *a);
 }
 
-/// Makes the velocities free of compression.
-pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32) -> Stepped {
+/// Takes from the velocities what would compress the water: beyond rest density where there is room to it, at all where
+/// there is none.
+pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let density = std::mem::take(&mut fluid.work.density);
-    let spray = tune("SPRAY", SPRAY);
-    compression_rates(fluid, |i, rate| if density[i] < spray { IDLE } else { rate });
+    compression_rates(fluid, |i, rate| rate + (density[i] - 1.0).min(0.0) / dt);
     fluid.work.density = density;
     let tolerance = fluid.settings.divergence_tolerance / f64::from(dt);
     let (iterations, divergence) = solve(fluid, Which::Divergence, dt, tolerance);
     accelerate(fluid, dt);
-    Stepped {
-        iterations: [0, iterations],
-        divergence,
-        stalled: iterations == MOST,
-        ..Stepped::default()
-    }
+    stepped.iterations[1] = iterations;
+    stepped.divergence = divergence;
+    stepped.stalled |= iterations == MOST;
 }
 
-/// Makes the densities after the step no larger than at rest.
+/// Finds in `work.acceleration`, times dt², the displacements after which no particle is denser than at rest. Velocities
+/// stay: what rounding and finite steps have compressed parts again without becoming motion (Cornelis et al. 2019).
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let density = std::mem::take(&mut fluid.work.density);
     compression_rates(fluid, |i, rate| (density[i] - 1.0).min(GENTLE) + dt * rate);
     fluid.work.density = density;
     let tolerance = fluid.settings.density_tolerance;
     let (iterations, compression) = solve(fluid, Which::Density, dt * dt, tolerance);
-    accelerate(fluid, dt);
     stepped.iterations[0] = iterations;
     stepped.compression = compression;
     stepped.stalled |= iterations == MOST;
-}
-
-/// Laboratory only.
-pub(crate) fn tune(name: &str, default: f32) -> f32 {
-    static VALUES: std::sync::OnceLock<Vec<(String, f32)>> = std::sync::OnceLock::new();
-    let values = VALUES.get_or_init(|| {
-        std::env::vars()
-            .filter_map(|(k, v)| Some((k, v.parse().ok()?)))
-            .collect()
-    });
-    values.iter().find(|v| v.0 == name).map_or(default, |v| v.1)
 }

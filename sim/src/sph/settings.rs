@@ -4,6 +4,9 @@ use crate::optics::WATER_DENSITY;
 use crate::solvers::GRAVITY;
 use glam::Vec3;
 
+/// Share of a spacing, doubled, that gravity moves what rests in a sub-step.
+const FALL: f64 = 0.05;
+
 /// How pressure is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
@@ -75,7 +78,7 @@ impl Settings {
         let d = f64::from(self.spacing);
         let gravity = f64::from(self.gravity.length());
         let courant = f64::from(self.courant) * d / f64::from(speed).max(1e-9 * d);
-        let force = (f64::from(super::dfsph::tune("FORCE", 0.1)) * d / gravity.max(1e-12)).sqrt();
+        let force = (FALL * d / gravity.max(1e-12)).sqrt();
         let mut step = courant.min(force).min(f64::from(self.step));
         if self.model == Model::Mcg03 {
             let h = f64::from(self.support());
