@@ -38,6 +38,8 @@ fn description(name: &str, size: Vec2) -> Description {
             waves: Vec::new(),
         }),
         boundary: Boundary::default(),
+        layers: Vec::new(),
+        detail: None,
         objects: Vec::new(),
         light: Light::default(),
         cameras: Vec::new(),
@@ -96,6 +98,8 @@ fn object(name: &str, shape: Shape, position: Vec3, rotation: Quat, color: Vec3)
         shape,
         position,
         rotation,
+        velocity: meniscus_sim::glam::Vec3::ZERO,
+        spin: meniscus_sim::glam::Vec3::ZERO,
         density: 500.0,
         motion: Motion::Fixed,
         color: Some(color),
@@ -266,6 +270,7 @@ fn sea(sky: &str, elevation: f32, azimuth: f32, eye: Vec3) -> Result<(Scene, Fra
     let spec = GridSpec::new(Vec2::ZERO, 0.25, UVec2::splat(512))?;
     let mut d = description("sea", Vec2::splat(128.0));
     d.boundary = Boundary {
+        drives: Vec::new(),
         x_min: Edge::Periodic,
         x_max: Edge::Periodic,
         z_min: Edge::Periodic,

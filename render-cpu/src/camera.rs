@@ -48,6 +48,7 @@ pub fn view(scene: &Scene, name: Option<&str>, size: UVec2, samples: u32) -> Res
             vertical_fov: camera.fov.to_radians(),
             size,
             samples,
+            pass: 0,
         },
         None => automatic(scene, size, samples),
     })
@@ -145,6 +146,7 @@ fn automatic(scene: &Scene, size: UVec2, samples: u32) -> View {
         vertical_fov: fov as f32,
         size,
         samples,
+        pass: 0,
     }
 }
 
@@ -175,6 +177,7 @@ impl Lens {
             vertical_fov,
             size,
             samples,
+            pass: _,
         } = *view;
         if size.min_element() == 0 || size.max_element() > Image::MAX_SIDE {
             return bad(

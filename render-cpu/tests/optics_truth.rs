@@ -309,6 +309,8 @@ fn a_ball_under_water_throws_its_shadow_where_the_refracted_beam_is_cut() {
         shape: Shape::Sphere { radius: 0.3 },
         position: Vec3::new(8.0, -1.0, 8.0),
         rotation: meniscus_sim::glam::Quat::IDENTITY,
+        velocity: meniscus_sim::glam::Vec3::ZERO,
+        spin: meniscus_sim::glam::Vec3::ZERO,
         density: 1000.0,
         motion: Motion::Fixed,
         color: None,

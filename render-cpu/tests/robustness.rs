@@ -43,6 +43,8 @@ fn bay() -> (Scene, Frame) {
         shape,
         position: Vec3::new(x, 0.1, 5.0),
         rotation: Quat::IDENTITY,
+        velocity: meniscus_sim::glam::Vec3::ZERO,
+        spin: meniscus_sim::glam::Vec3::ZERO,
         density: 500.0,
         motion: Motion::Free,
         color: None,
@@ -163,6 +165,7 @@ fn basins_seas_and_tanks_close_the_picture() {
             let spec = square(65, 0.25);
             let mut scene = scene(spec);
             scene.description.boundary = Boundary {
+                drives: Vec::new(),
                 x_min: edges,
                 x_max: edges,
                 z_min: edges,
@@ -206,6 +209,7 @@ fn a_periodic_sea_has_no_seams() {
     let mut scene = scene(spec);
     let edges = Edge::Periodic;
     scene.description.boundary = Boundary {
+        drives: Vec::new(),
         x_min: edges,
         x_max: edges,
         z_min: edges,

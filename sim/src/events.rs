@@ -6,7 +6,7 @@ pub(crate) mod stamp;
 pub use schedule::{Schedule, TICK};
 pub use stamp::{BUMP_VOLUME, PRESS_VOLUME};
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// One thing done to the water at one moment.
@@ -42,6 +42,30 @@ pub enum Action {
         /// Change of velocity at the centre in m/s (X, Z).
         velocity: Vec2,
     },
+    /// A hand takes hold of a free object, or moves the hold that it has: a critically damped spring pulls `grip` to
+    /// `target` until [`Action::Release`].
+    Drag {
+        /// Name of the object.
+        body: String,
+        /// Where the hand holds it, in the object's axes, metres.
+        grip: Vec3,
+        /// Where it is pulled to, metres.
+        target: Vec3,
+    },
+    /// The hand lets go.
+    Release {
+        /// Name of the object.
+        body: String,
+    },
+    /// A sudden push of a free object.
+    Shove {
+        /// Name of the object.
+        body: String,
+        /// Change of its velocity in m/s.
+        velocity: Vec3,
+        /// Change of its angular velocity in rad/s, world axes.
+        spin: Vec3,
+    },
 }
 
 impl Action {
@@ -51,7 +75,18 @@ impl Action {
             Self::Drop { .. } => "drop",
             Self::Press { .. } => "press",
             Self::Push { .. } => "push",
+            Self::Drag { .. } => "drag",
+            Self::Release { .. } => "release",
+            Self::Shove { .. } => "shove",
         }
+    }
+
+    /// Whether it acts on a body rather than on the water.
+    pub fn is_on_body(&self) -> bool {
+        matches!(
+            self,
+            Self::Drag { .. } | Self::Release { .. } | Self::Shove { .. }
+        )
     }
 
     /// Checks what every solver needs: finite values and a positive radius.
@@ -79,6 +114,11 @@ impl Action {
                 radius,
                 [("velocity x", velocity.x), ("velocity z", velocity.y)],
             ),
+            Self::Drag { grip, target, .. } => return self.finite(&[("grip", grip), ("target", target)]),
+            Self::Shove { velocity, spin, .. } => {
+                return self.finite(&[("velocity", velocity), ("spin", spin)]);
+            }
+            Self::Release { .. } => return Ok(()),
         };
         let impossible = |quantity, value, remedy| EventError::Impossible {
             action: self.name(),
@@ -105,6 +145,23 @@ impl Action {
     }
 }
 
+impl Action {
+    fn finite(&self, vectors: &[(&'static str, Vec3)]) -> Result<(), EventError> {
+        for &(quantity, vector) in vectors {
+            // Beyond this a single-precision pose means nothing.
+            if let Some(value) = vector.to_array().into_iter().find(|v| !(v.abs() <= 1e6)) {
+                return Err(EventError::Impossible {
+                    action: self.name(),
+                    quantity,
+                    value,
+                    remedy: "it must be a finite number within ±1e6",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Why an action cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -118,6 +175,14 @@ pub enum EventError {
         action: &'static str,
         /// What to use instead.
         remedy: &'static str,
+    },
+    /// It names a body that is not there.
+    #[error("event `{action}`: there is no free object `{body}`; name one whose motion.kind is \"free\"")]
+    NoBody {
+        /// The action's name.
+        action: &'static str,
+        /// What it names.
+        body: String,
     },
     /// A value of the action is impossible.
     #[error("event `{action}`: {quantity} is {value}, which is impossible; {remedy}")]

@@ -10,11 +10,15 @@
 //!
 //! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
 
+#[cfg(feature = "bodies")]
+pub mod bodies;
+pub mod detail;
 pub mod events;
 #[cfg(feature = "export")]
 pub mod export;
 pub mod frame;
 pub mod grid;
+pub mod layers;
 pub mod mesh;
 pub mod npy;
 #[cfg(feature = "ocean")]
@@ -37,6 +41,8 @@ pub mod sph;
 pub mod terrain;
 #[cfg(feature = "wave-equation")]
 pub mod wave_equation;
+#[cfg(feature = "wave-particles")]
+pub mod wave_particles;
 
 pub use frame::{BodyPose, Channels, Droplets, Frame};
 pub use glam;

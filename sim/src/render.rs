@@ -47,6 +47,9 @@ pub struct View {
     pub size: UVec2,
     /// Samples a pixel, at least 1.
     pub samples: u32,
+    /// Number of the pass. A renderer with noise draws other random samples in every pass, so that the mean of several
+    /// passes is a picture of as many more samples; others draw the same picture in each.
+    pub pass: u32,
 }
 
 /// What a rendered picture cost.
@@ -106,6 +109,11 @@ pub trait Renderer: Send {
 
     /// The optional frame channels that drawing this scene makes use of.
     fn needs(&self, scene: &Scene) -> Channels;
+
+    /// Whether pictures have random noise, so that the mean over [`View::pass`] comes nearer to what is drawn.
+    fn is_random(&self) -> bool {
+        false
+    }
 
     /// What drawing this scene at this size runs and keeps, and what is left out and why.
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem>;

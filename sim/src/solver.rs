@@ -42,6 +42,22 @@ pub trait Solver: Send {
 
     /// Bytes held for state and work arrays.
     fn bytes(&self) -> u64;
+
+    /// What is held besides [`Self::bytes`] because the scene asks for it.
+    fn extras(&self) -> Vec<Extra> {
+        Vec::new()
+    }
+}
+
+/// Something that a solver holds because the scene asks for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Extra {
+    /// What it is.
+    pub name: &'static str,
+    /// What of the scene asks for it.
+    pub reason: String,
+    /// Bytes held.
+    pub bytes: u64,
 }
 
 /// What a step did and what the state is now; the same for every method, so that a study or a plot need not know it.
@@ -56,7 +72,7 @@ pub struct StepReport {
     pub mass: f64,
     /// Momentum along X and Z in kg m/s.
     pub momentum: [f64; 2],
-    /// Kinetic plus potential energy in J, potential energy relative to still water.
+    /// Kinetic plus potential energy in J, potential energy relative to still water; with bodies, theirs included.
     pub energy: f64,
     /// Largest Courant number of the sub-steps taken.
     pub courant: f64,
@@ -100,6 +116,22 @@ pub enum StepError {
         /// What to change.
         remedy: String,
     },
+    /// The step would make more of something than allowed. The state is the one before the call.
+    #[error("there would be more than {allowed} {what} by t = {time} s; {remedy}")]
+    Crowded {
+        /// What there would be too many of.
+        what: &'static str,
+        /// How many are allowed.
+        allowed: u64,
+        /// The time that was to be reached, seconds.
+        time: f64,
+        /// What to change.
+        remedy: String,
+    },
+    /// A body could not be moved; the state must not be used.
+    #[cfg(feature = "bodies")]
+    #[error(transparent)]
+    Body(#[from] crate::bodies::MotionError),
     /// A quantity left its range; the state must not be used.
     #[error("{quantity} is {value:e} at sample ({i}, {j}) at t = {time} s, beyond {limit:e}; {remedy}")]
     Unstable {
@@ -118,6 +150,12 @@ pub enum StepError {
         /// What to change.
         remedy: String,
     },
+}
+
+impl From<std::convert::Infallible> for StepError {
+    fn from(never: std::convert::Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl StepError {

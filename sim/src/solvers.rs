@@ -38,6 +38,16 @@ pub fn available() -> Vec<SolverInfo> {
             compiled: cfg!(feature = "shallow-water"),
         },
         SolverInfo {
+            name: "ocean",
+            summary: "wind seas and swells of measured spectra, summed by Fourier transforms at any time",
+            compiled: cfg!(feature = "ocean"),
+        },
+        SolverInfo {
+            name: "wave-particles",
+            summary: "fronts of wave particles: rings, wakes, reflection at walls and shores, no step limit",
+            compiled: cfg!(feature = "wave-particles"),
+        },
+        SolverInfo {
             name: "sph",
             summary: "water in a tank as particles: breaking, splashing, pouring; from water to honey",
             compiled: cfg!(feature = "sph"),
@@ -70,13 +80,16 @@ pub enum BuildError {
     /// The scene holds a value that this solver cannot work with.
     #[error("{key}: {message}; {remedy}")]
     Impossible {
-        /// The key of the scene file.
+        /// The key path in the scene file, such as `solver.wave.0.steepness`.
         key: String,
         /// What is wrong, with the value.
         message: String,
         /// What would be right.
         remedy: String,
     },
+    /// An object of the scene cannot be a body.
+    #[error("{0}")]
+    Bodies(String),
     /// The scene's step cannot be used.
     #[error("solver.step: {0}")]
     Step(#[from] StepError),
@@ -103,15 +116,29 @@ pub fn name_of(choice: &Choice) -> &'static str {
         Choice::WaveEquation(_) => "wave-equation",
         Choice::Procedural(_) => "procedural",
         Choice::ShallowWater(_) => "shallow-water",
+        Choice::Ocean(_) => "ocean",
+        Choice::WaveParticles(_) => "wave-particles",
         Choice::Sph(_) => "sph",
     }
 }
 
-/// The solver that `scene` asks for, in its initial state.
+/// The solver that `scene` asks for, in its initial state, with the scene's layers and detail over it.
 ///
 /// # Errors
 /// [`BuildError`] if the solver is not compiled in or cannot work with the scene's values.
 pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
+    let mut solver = build_base(scene)?;
+    if !scene.description.layers.is_empty() {
+        solver = Box::new(crate::layers::Layered::new(scene, solver)?);
+    }
+    if let Some(detail) = &scene.description.detail {
+        solver = Box::new(crate::detail::Detailed::new(scene, detail, solver)?);
+    }
+    Ok(solver)
+}
+
+/// The solver that moves the water, with nothing over it.
+fn build_base(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
     match &scene.description.solver {
         #[cfg(feature = "wave-equation")]
         Choice::WaveEquation(_) => Ok(Box::new(crate::wave_equation::WaveEquation::from_scene(scene)?)),
@@ -119,6 +146,10 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
         Choice::Procedural(_) => Ok(Box::new(crate::procedural::Procedural::from_scene(scene)?)),
         #[cfg(feature = "shallow-water")]
         Choice::ShallowWater(_) => Ok(Box::new(crate::shallow_water::ShallowWater::from_scene(scene)?)),
+        #[cfg(feature = "ocean")]
+        Choice::Ocean(_) => Ok(Box::new(crate::ocean::Ocean::from_scene(scene)?)),
+        #[cfg(feature = "wave-particles")]
+        Choice::WaveParticles(_) => Ok(Box::new(crate::wave_particles::WaveParticles::from_scene(scene)?)),
         #[cfg(feature = "sph")]
         Choice::Sph(_) => Ok(Box::new(crate::sph::Sph::from_scene(scene)?)),
         #[allow(unreachable_patterns, reason = "reachable when a solver's feature is off")]

@@ -236,6 +236,8 @@ fn poses_of_objects_come_with_the_frames() {
         shape: Shape::Sphere { radius: 0.3 },
         position: Vec3::new(1.0, 2.0, 3.0),
         rotation: glam::Quat::IDENTITY,
+        velocity: glam::Vec3::ZERO,
+        spin: glam::Vec3::ZERO,
         density: 500.0,
         motion,
         color: None,

@@ -320,6 +320,25 @@ fn hostile_lengths_with_right_checksums_are_refused_before_allocation() {
             );
         }
     }
+    // A text in the header's structure that claims more than there is.
+    for length in [u64::MAX, 50 << 20, 3 << 20] {
+        let mut bytes = sample.bytes.clone();
+        let (start, end) = chunks(&bytes)[0];
+        let text = start + CHUNK_HEADER + 4;
+        bytes[text..text + 8].copy_from_slice(&length.to_le_bytes());
+        reseal(&mut bytes, start, end);
+        std::fs::write(&sample.path, &bytes).unwrap();
+        let held = counting::reset_peak();
+        assert!(matches!(
+            Reader::open(&sample.path),
+            Err(RecordingError::DamagedHeader { .. })
+        ));
+        assert!(
+            counting::peak() - held < MEMORY,
+            "a text of {length}: {}",
+            counting::peak() - held
+        );
+    }
     // Lengths of the chunk itself.
     for length in [u64::MAX, u64::MAX / 2, 1 << 40, sample.bytes.len() as u64, 0, 1] {
         let mut bytes = sample.bytes.clone();

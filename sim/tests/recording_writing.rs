@@ -9,9 +9,10 @@ use meniscus_sim::recording::{Reader, RecordingError, Writer};
 use meniscus_sim::rng::Rng;
 use meniscus_sim::{Channels, Frame, Grid, GridSpec};
 use recording_common::{bare_scene, bits, frame, report, scene};
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 const SIZE: UVec2 = UVec2::new(96, 80);
 
@@ -298,25 +299,43 @@ fn a_writer_that_is_dropped_leaves_every_frame() {
 
 const KILLED: &str = "MENISCUS_TEST_RECORD_UNTIL_KILLED";
 
-/// Run by the test below in a process of its own; does nothing else.
+/// Sides of the grids of the processes that are killed: writing takes from a fraction of the time between two frames to
+/// nearly all of it.
+const SIDES: [u32; 3] = [24, 96, 280];
+
+/// Run by the test below in a process of its own; does nothing else. A line tells each frame that was handed over; it
+/// is written at once, so that it outlives the process.
 #[test]
 fn record_until_killed() {
-    let Ok(path) = std::env::var(KILLED) else { return };
-    let scene = bare_scene(SIZE, 0.0);
+    let Ok(order) = std::env::var(KILLED) else { return };
+    let (side, path) = order.split_once(' ').unwrap();
+    let scene = bare_scene(UVec2::splat(side.parse().unwrap()), 0.0);
     let mut writer = Writer::create(path, &scene, Channels::ALL).unwrap();
+    let frames: Vec<Frame> = (0..4).map(|k| frame(scene.grid, Channels::ALL, k)).collect();
+    let mut out = std::io::stdout().lock();
     for k in 0..u64::MAX {
-        writer
-            .push(&frame(scene.grid, Channels::ALL, k), Some(report(k)))
+        writer.push(&numbered(&frames, k), Some(report(k))).unwrap();
+        out.write_all(format!("handed over {}\n", k + 1).as_bytes())
             .unwrap();
-        println!("pushed {} written {}", k + 1, writer.written());
+        out.flush().unwrap();
     }
 }
 
+/// Frame `k` of an endless run that goes round `frames`.
+fn numbered(frames: &[Frame], k: u64) -> Frame {
+    let mut frame = frames[k as usize % frames.len()].clone();
+    (frame.index, frame.time) = (k, k as f64 / 30.0);
+    frame
+}
+
 #[test]
-fn a_killed_process_loses_only_the_frames_in_flight() {
+fn a_killed_process_loses_at_most_the_frame_in_flight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("killed.mrec");
-    for after in [1, 7, 40] {
+    let mut rng = Rng::new(12, 0);
+    let (mut lost, mut torn) = (0, 0);
+    for round in 0..24 {
+        let side = SIDES[round % SIDES.len()];
         let mut child = Command::new(std::env::current_exe().unwrap())
             .args([
                 "record_until_killed",
@@ -324,35 +343,51 @@ fn a_killed_process_loses_only_the_frames_in_flight() {
                 "--nocapture",
                 "--test-threads=1",
             ])
-            .env(KILLED, &path)
+            .env(KILLED, format!("{side} {}", path.display()))
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let (mut pushed, mut written) = (0, 0);
-        while written < after {
+        // Some frames, then any moment between two of them.
+        let mut handed_over = 0;
+        let after = 1 + rng.next_u64() % 6;
+        while handed_over < after {
             let line = lines.next().expect("the child ended by itself").unwrap();
-            let words: Vec<&str> = line.split_whitespace().collect();
-            if let ["pushed", p, "written", w] = words[..] {
-                (pushed, written) = (p.parse::<u64>().unwrap(), w.parse::<u64>().unwrap());
-            }
+            handed_over = count(&line).unwrap_or(handed_over);
         }
+        std::thread::sleep(Duration::from_micros(rng.next_u64() % 20_000));
         child.kill().unwrap();
         child.wait().unwrap();
+        // What it told before it died is still in the pipe; the last line may be cut.
+        handed_over = lines
+            .map_while(Result::ok)
+            .filter_map(|line| count(&line))
+            .max()
+            .unwrap_or(handed_over);
+
         let mut reader = Reader::open(&path).unwrap();
         let found = reader.len() as u64;
-        // What the system was given is there, and at most the frame that was being given is half there.
         assert!(
-            found >= written,
-            "{found} frames of {written} written and {pushed} pushed"
+            found + 1 >= handed_over,
+            "{side}²: {found} frames of {handed_over} handed over"
         );
+        // At most the frame that was being given to the system is half there, and no frame is missing before another.
         assert!(reader.damage().len() <= 1 && reader.damage().iter().all(|d| d.frame.is_none()));
+        lost += u64::from(found < handed_over);
+        torn += reader.damage().len();
         let spec = reader.scene().grid;
+        let frames: Vec<Frame> = (0..4).map(|k| frame(spec, Channels::ALL, k)).collect();
         let mut out = Frame::new(spec);
         for k in 0..reader.len() {
             assert_eq!(reader.read(k, &mut out).unwrap(), Some(report(k as u64)));
-            assert_eq!(bits(&out), bits(&frame(spec, Channels::ALL, k as u64)));
+            assert_eq!(bits(&out), bits(&numbered(&frames, k as u64)));
         }
     }
+    println!("24 processes killed: {lost} lost the frame in flight, {torn} left one half written");
+}
+
+/// The number of a whole line `handed over N`.
+fn count(line: &str) -> Option<u64> {
+    line.strip_prefix("handed over ")?.parse().ok()
 }

@@ -188,6 +188,11 @@ impl Draw {
             },
             solver: self.solver(),
             boundary: self.boundary(),
+            layers: self.list(|d, _| Layer {
+                solver: d.solver(),
+                fade_depth: d.number(0.0, 1e9),
+            }),
+            detail: self.option(Self::detail),
             objects: self.list(Self::object),
             light: Light {
                 sun: Some(self.sun()),
@@ -280,7 +285,7 @@ impl Draw {
 
     fn solver(&mut self) -> Solver {
         let spacing = self.length();
-        match self.below(4) {
+        match self.below(5) {
             0 => Solver::WaveEquation(WaveEquation {
                 spacing,
                 scheme: if self.flip() {
@@ -304,13 +309,37 @@ impl Draw {
                     steepness: d.number(0.0, 1.0),
                 }),
             }),
-            2 => Solver::Sph(Sph {
+            2 => Solver::Ocean(Ocean {
+                spacing,
+                depth: self.option(|d| d.wide(1.0, 1e9)),
+                capillary: self.flip(),
+                choppiness: self.wide(0.0, 10.0),
+                loop_period: self.option(|d| d.wide(0.1, 1e6)),
+                seas: self.list(|d, _| d.sea()),
+                cascades: self.list(|d, _| Cascade {
+                    period: d.wide(1.0, 1e9),
+                }),
+                foam: self.option(|d| OceanFoam {
+                    threshold: d.wide(-10.0, 1.0),
+                    growth: d.wide(0.0, 1e3),
+                    fade: d.wide(0.001, 1e3),
+                }),
+            }),
+            3 => Solver::Sph(Sph {
                 spacing,
                 particle: self.option(Self::length),
-                model: if self.flip() { SphModel::Dfsph } else { SphModel::Mcg03 },
+                model: if self.flip() {
+                    SphModel::Dfsph
+                } else {
+                    SphModel::Mcg03
+                },
                 vessel: if self.flip() { Vessel::Box } else { Vessel::Round },
                 viscosity: self.number(0.0, 1e6),
-                walls: if self.flip() { SphWalls::Slip } else { SphWalls::Stick },
+                walls: if self.flip() {
+                    SphWalls::Slip
+                } else {
+                    SphWalls::Stick
+                },
                 surface_tension: self.number(0.0, 1e3),
                 stiffness: self.option(|d| d.number(1e-6, 1e9)),
                 gravity: Vec3::new(self.number(-1e4, 1e4), self.number(-1e4, 1e4), 0.0),
@@ -321,8 +350,16 @@ impl Draw {
                 courant: self.option(|d| d.number(0.02, 0.99)),
                 step: self.option(Self::length),
                 most_steps: self.option(|d| d.number(1.0, 1e9)),
-                surface: if self.flip() { SphSurface::Fast } else { SphSurface::Exact },
-                droplets: if self.flip() { SphDroplets::Clear } else { SphDroplets::All },
+                surface: if self.flip() {
+                    SphSurface::Fast
+                } else {
+                    SphSurface::Exact
+                },
+                droplets: if self.flip() {
+                    SphDroplets::Clear
+                } else {
+                    SphDroplets::All
+                },
                 emitters: self.list(|d, _| Emitter {
                     position: Vec3::ONE,
                     velocity: Vec3::splat(d.number(-1e3, 1e3)),
@@ -345,7 +382,65 @@ impl Draw {
                 manning: self.number(0.0, 10.0),
                 courant: self.option(|d| d.number(0.01, 0.99)),
                 film_depth: self.option(Self::length),
+                splash: self.option(|d| Splash {
+                    droplets: d.flip(),
+                    foam: d.flip(),
+                    slope: d.number(0.001, 100.0),
+                    amount: d.number(0.0, 1.0),
+                    droplet_radius: d.option(|d| d.number(1e-6, 1e4)),
+                    foam_life: d.number(1e-6, 1e9),
+                }),
             }),
+        }
+    }
+
+    fn sea(&mut self) -> Sea {
+        let (wind, height) = (self.wide(0.0, 100.0), self.wide(0.0, 100.0));
+        let (fetch, gamma) = (self.wide(0.0, 1e9), self.wide(1.0, 20.0));
+        Sea {
+            spectrum: match self.below(5) {
+                0 => Spectrum::Phillips { wind, height },
+                1 => Spectrum::PiersonMoskowitz { wind },
+                2 => Spectrum::Jonswap { wind, fetch, gamma },
+                3 => Spectrum::Tma { wind, fetch, gamma },
+                _ => Spectrum::Swell {
+                    height,
+                    period: self.wide(0.01, 1e3),
+                    gamma,
+                },
+            },
+            direction: self.wide(-360.0, 360.0),
+            spreading: match self.below(5) {
+                0 => Spreading::Hasselmann,
+                1 => Spreading::Mitsuyasu,
+                2 => Spreading::DonelanBanner,
+                3 => Spreading::CosinePower {
+                    exponent: self.wide(0.0, 1e4),
+                },
+                _ => Spreading::Swell {
+                    elongation: self.wide(0.0, 10.0),
+                },
+            },
+        }
+    }
+
+    fn detail(&mut self) -> Detail {
+        let (period, lifetime) = (self.wide(1.0, 1e9), self.wide(0.01, 1e6));
+        if self.flip() {
+            Detail::Noise {
+                period,
+                height: self.wide(0.0, 1e9),
+                rate: self.wide(0.0, 1e3),
+                lifetime,
+            }
+        } else {
+            Detail::Waves {
+                period,
+                wind: self.wide(0.0, 100.0),
+                fetch: self.wide(0.0, 1e9),
+                direction: self.wide(-360.0, 360.0),
+                lifetime,
+            }
         }
     }
 
@@ -357,6 +452,7 @@ impl Draw {
         };
         let ((x_min, x_max), (z_min, z_max)) = (pair(), pair());
         Boundary {
+            drives: Vec::new(),
             x_min,
             x_max,
             z_min,
@@ -385,6 +481,8 @@ impl Draw {
             },
             position: self.vec3(),
             rotation: self.turn(),
+            velocity: glam::Vec3::ZERO,
+            spin: glam::Vec3::ZERO,
             density: self.number(1e-3, 1e6),
             motion: match self.below(3) {
                 0 => Motion::Fixed,
@@ -431,7 +529,7 @@ impl Draw {
 
     fn event(&mut self) -> Event {
         let (time, position, radius) = (self.wide(0.0, 1e3), self.vec2(), self.length());
-        match self.below(5) {
+        match self.below(6) {
             0 => Event::Drop {
                 time,
                 position,
@@ -457,6 +555,13 @@ impl Draw {
                 to: self.vec2(),
                 radius,
                 rate: self.number(-1e6, 1e6),
+            },
+            4 => Event::Inflow {
+                start: time,
+                end: self.option(|d| time + d.wide(1.0, 9.0)),
+                position,
+                radius,
+                flow: self.number(-1e3, 1e3),
             },
             _ => Event::Rain {
                 start: time,

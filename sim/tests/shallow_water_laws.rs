@@ -1,16 +1,13 @@
-//! What must hold exactly: rest, volume, symmetry, independence of threads, restarts; and the hard cases.
+//! What must hold exactly: rest, volume, symmetry, independence of threads, restarts.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use glam::{UVec2, Vec2};
 use meniscus_sim::events::Action;
 use meniscus_sim::frame::{Channels, Frame};
 use meniscus_sim::rng::Rng;
-use meniscus_sim::shallow_water::stability::{self, Verdict};
-use meniscus_sim::shallow_water::{
-    Condition, Edges, Initial, Precision, Series, Settings, SetupError, ShallowWater,
-};
-use meniscus_sim::{GridSpec, Solver, StepError};
+use meniscus_sim::shallow_water::{Condition, Edges, Initial, Precision, Series, Settings, ShallowWater};
+use meniscus_sim::{GridSpec, Solver};
 
 const BOTH: [Precision; 2] = [Precision::Single, Precision::Double];
 
@@ -249,61 +246,6 @@ fn pushes_give_momentum_and_presses_keep_it() {
 }
 
 #[test]
-fn impossible_actions_are_refused_and_change_nothing() {
-    let spec = grid(20, 20, 1.0);
-    let initial = Initial::still(&spec, |_, _| (0.0, 1.0));
-    let mut solver = ShallowWater::new(spec, &initial, Settings::default()).unwrap();
-    let before = solver.checkpoint();
-    let (position, radius) = (Vec2::new(5.0, 12.0), 2.0);
-    for action in [
-        Action::Drop {
-            position,
-            radius: f32::NAN,
-            volume: 1.0,
-        },
-        Action::Drop {
-            position,
-            radius: -1.0,
-            volume: 1.0,
-        },
-        Action::Drop {
-            position,
-            radius,
-            volume: f32::INFINITY,
-        },
-        Action::Drop {
-            position: Vec2::splat(1e6),
-            radius,
-            volume: 1.0,
-        },
-        Action::Press {
-            position: Vec2::NAN,
-            radius,
-            depth: 1.0,
-        },
-        Action::Press {
-            position,
-            radius,
-            depth: f32::NAN,
-        },
-        Action::Push {
-            position,
-            radius,
-            velocity: Vec2::new(f32::NAN, 0.0),
-        },
-        Action::Push {
-            position,
-            radius,
-            velocity: Vec2::new(1e9, 0.0),
-        },
-    ] {
-        assert!(solver.apply(&action).is_err(), "{action:?}");
-    }
-    assert_eq!(solver.checkpoint().depth, before.depth);
-    assert_eq!(solver.checkpoint().momentum_x, before.momentum_x);
-}
-
-#[test]
 fn results_do_not_depend_on_threads() {
     let spec = grid(300, 130, 0.5);
     let run = |threads| {
@@ -389,7 +331,13 @@ fn sleeping_tiles_wake_when_water_arrives() {
         woken.advance(0.5).unwrap();
         asleep += slept.checkpoint().tiles.iter().filter(|t| !t.awake).count();
     }
-    assert!(asleep > 20, "only {asleep} tiles slept through a step");
+    // The dam's front needs 8.6 s for the 77 m to the tiles in the middle, at no more than 2 √(g h) of 2 m. In each of
+    // the 17 calls until then nothing moves in the middle, and the tiles on the right, a third of all, sleep. (Of 40
+    // calls: from then on the right has a neighbour that moves.)
+    assert!(
+        wake.len() >= 6 && asleep >= 17 * wake.len() / 3,
+        "only {asleep} tiles slept through a step"
+    );
     assert_eq!(slept.depths(), woken.depths());
     assert_eq!(slept.discharges(), woken.discharges());
 }
@@ -398,13 +346,9 @@ fn sleeping_tiles_wake_when_water_arrives() {
 fn a_round_dam_stays_round() {
     let spec = grid(81, 81, 1.0);
     let centre = spec.position(40, 40).as_dvec2();
-    // On a level bed to the bit; over a cone the beds of neighbours round differently from the two sides.
-    for (precision, slope, tolerance) in [
-        (Precision::Single, 0.0, 0.0),
-        (Precision::Double, 0.0, 0.0),
-        (Precision::Single, 0.01, 1e-4),
-        (Precision::Double, 0.01, 1e-13),
-    ] {
+    // To the bit, on a level bed and over a cone whose water starts with a shore: heights at a face are relative to the
+    // higher of the two cells' beds, from whichever side one looks.
+    for (precision, slope) in BOTH.into_iter().flat_map(|p| [(p, 0.0), (p, 0.01), (p, 0.1)]) {
         let initial = Initial::still(&spec, |x, z| {
             let r = (x - centre.x).hypot(z - centre.y);
             (slope * r, if r < 15.0 { 3.0 } else { 0.6 })
@@ -422,10 +366,7 @@ fn a_round_dam_stays_round() {
                     q[k][1] - q[mirror][1],
                     q[k][0] - q[turned][1],
                 ] {
-                    assert!(
-                        difference.abs() <= tolerance,
-                        "{difference:e} at ({i}, {j}), {precision:?}, {slope}"
-                    );
+                    assert_eq!(difference, 0.0, "at ({i}, {j}), {precision:?}, {slope}");
                 }
             }
         }
@@ -534,17 +475,6 @@ fn an_inflow_brings_its_discharge() {
 }
 
 #[test]
-fn energy_only_falls() {
-    let mut solver = storm(grid(70, 50, 0.5), Precision::Double, &Condition::Wall);
-    let mut last = solver.report().energy;
-    for _ in 0..40 {
-        let energy = solver.advance(0.25).unwrap().energy;
-        assert!(energy <= last * (1.0 + 1e-6), "{energy} after {last}");
-        last = energy;
-    }
-}
-
-#[test]
 fn frames_are_finite_and_continue_below_the_shore() {
     let spec = grid(50, 40, 0.5);
     let mut solver = storm(spec, Precision::Single, &Condition::Wall);
@@ -563,107 +493,4 @@ fn frames_are_finite_and_continue_below_the_shore() {
             assert!(shown <= elevation + 1e-6, "dry ground under water at {k}");
         }
     }
-}
-
-#[test]
-fn impossible_setups_name_what_is_wrong() {
-    let spec = grid(10, 10, 1.0);
-    let initial = Initial::still(&spec, |_, _| (0.0, 1.0));
-    let refuse = |settings: Settings| {
-        ShallowWater::new(spec, &initial, settings)
-            .err()
-            .unwrap()
-            .to_string()
-    };
-    let base = Settings::default();
-    assert!(
-        refuse(Settings {
-            courant: 0.9,
-            ..base.clone()
-        })
-        .contains("courant is 0.9")
-    );
-    assert!(
-        refuse(Settings {
-            courant: f64::NAN,
-            ..base.clone()
-        })
-        .contains("courant is NaN")
-    );
-    assert!(
-        refuse(Settings {
-            manning: -1.0,
-            ..base.clone()
-        })
-        .contains("manning is -1")
-    );
-    assert!(
-        refuse(Settings {
-            film_depth: Some(0.0),
-            ..base.clone()
-        })
-        .contains("film_depth is 0")
-    );
-    let edges = Edges {
-        x_min: Condition::Periodic,
-        ..Edges::default()
-    };
-    assert!(
-        refuse(Settings {
-            edges,
-            ..base.clone()
-        })
-        .contains("periodic")
-    );
-    let narrow = GridSpec::new(Vec2::ZERO, 1.0, UVec2::new(2, 50)).unwrap();
-    assert_eq!(
-        ShallowWater::new(narrow, &Initial::still(&narrow, |_, _| (0.0, 1.0)), base.clone()).err(),
-        Some(SetupError::Narrow(2, 50))
-    );
-    let mut wrong = initial.clone();
-    wrong.elevation[37] = f64::NAN;
-    let error = ShallowWater::new(spec, &wrong, base).err().unwrap().to_string();
-    assert!(
-        error.contains("water elevation in m is NaN at sample (7, 3)"),
-        "{error}"
-    );
-}
-
-#[test]
-fn steps_that_would_take_too_long_are_refused_and_change_nothing() {
-    let spec = grid(20, 20, 0.1);
-    let initial = Initial::still(&spec, |x, _| (0.0, if x < -2.0 { 2.0 } else { 1.0 }));
-    let settings = Settings {
-        max_substeps: 50,
-        ..Settings::default()
-    };
-    let mut solver = ShallowWater::new(spec, &initial, settings).unwrap();
-    let before = solver.depths();
-    assert!(matches!(
-        solver.advance(10.0),
-        Err(StepError::TooManySubsteps { allowed: 50, .. })
-    ));
-    assert_eq!(solver.depths(), before);
-    for dt in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert!(matches!(solver.advance(dt), Err(StepError::InvalidStep { .. })));
-    }
-}
-
-#[test]
-fn every_hard_case_is_stable_sub_stepped_or_refused() {
-    let rows = stability::table();
-    assert!(rows.len() > 40);
-    for row in &rows {
-        println!("{} ({:?}): {:?}", row.case, row.precision, row.verdict);
-        assert!(!matches!(row.verdict, Verdict::Broken(_)), "{row:?}");
-    }
-    let refused = rows
-        .iter()
-        .filter(|r| matches!(r.verdict, Verdict::Refused(_)))
-        .count();
-    assert_eq!(
-        refused,
-        2 * 5,
-        "impossible steps and terrain, in both precisions, and nothing else"
-    );
 }

@@ -127,5 +127,18 @@ fn check_length(path: &Path, size: UVec2, found: usize) -> Result<(), OutputErro
     })
 }
 
+/// A frame of an animation: of the size of the first, and with as many pixels as that takes.
+fn check_frame(path: &Path, size: UVec2, image: &Image) -> Result<(), OutputError> {
+    if image.size != size {
+        return Err(OutputError::Size {
+            path: path.to_owned(),
+            width: image.size.x,
+            height: image.size.y,
+            remedy: "every frame must have the size of the first",
+        });
+    }
+    check_length(path, size, image.pixels.len())
+}
+
 #[cfg(test)]
 mod tests;

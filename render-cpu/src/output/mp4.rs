@@ -1,7 +1,7 @@
 //! MP4 through an installed `ffmpeg`.
 
 use super::staged::Staged;
-use super::{OutputError, check_length, check_size};
+use super::{OutputError, check_frame, check_size};
 use crate::tonemap::ToneMap;
 use glam::UVec2;
 use meniscus_sim::render::Image;
@@ -84,15 +84,7 @@ impl Mp4Writer {
     /// # Errors
     /// [`OutputError`].
     pub fn push(&mut self, image: &Image, map: &ToneMap) -> Result<(), OutputError> {
-        if image.size != self.size {
-            return Err(OutputError::Size {
-                path: self.path.clone(),
-                width: image.size.x,
-                height: image.size.y,
-                remedy: "every frame must have the size of the first",
-            });
-        }
-        check_length(&self.path, image.size, image.pixels.len())?;
+        check_frame(&self.path, self.size, image)?;
         let rgb = map.image(image);
         let written = self
             .child

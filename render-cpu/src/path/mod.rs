@@ -98,6 +98,10 @@ impl Renderer for PathTracer {
         Self::NAME
     }
 
+    fn is_random(&self) -> bool {
+        true
+    }
+
     fn needs(&self, scene: &Scene) -> Channels {
         crate::stage::needs(scene)
     }
@@ -134,7 +138,8 @@ impl Renderer for PathTracer {
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<RenderReport, RenderError> {
         let mut report = RenderReport::default();
-        let seed = scene.description.seed;
+        // Passes are as unlike as scenes of other seeds.
+        let seed = scene.description.seed ^ u64::from(view.pass).wrapping_mul(0xd134_2543_de82_ef95);
         let settings = &self.settings;
         self.stage.with(scene, frame, view, &mut report, |set, report| {
             let start = Instant::now();

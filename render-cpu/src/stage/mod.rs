@@ -262,6 +262,8 @@ pub(crate) mod tests_support {
                 waves: Vec::new(),
             }),
             boundary: Boundary::default(),
+            layers: Vec::new(),
+            detail: None,
             objects: Vec::new(),
             light: Light::default(),
             cameras: Vec::new(),

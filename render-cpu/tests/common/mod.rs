@@ -9,6 +9,7 @@ use meniscus_sim::{Frame, Grid, GridSpec, Scene};
 /// A still scene over `spec`: uniform sky of radiance 1, no sun, clear water at level 0, open edges, no ground.
 pub(crate) fn scene(spec: GridSpec) -> Scene {
     let open = Boundary {
+        drives: Vec::new(),
         x_min: Edge::Open,
         x_max: Edge::Open,
         z_min: Edge::Open,
@@ -36,6 +37,8 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
                 waves: Vec::new(),
             }),
             boundary: open,
+            layers: Vec::new(),
+            detail: None,
             objects: Vec::new(),
             light: Light {
                 sun: None,
@@ -72,6 +75,7 @@ pub(crate) fn view(position: Vec3, target: Vec3, size: UVec2) -> View {
         vertical_fov: 0.9,
         size,
         samples: 1,
+        pass: 0,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::rng::Rng;
 use crate::scene::description::Event;
 use glam::Vec2;
 
-/// Seconds between the moments at which continuous events (rain, sweeps) act.
+/// Seconds between the moments at which continuous events (rain, sweeps, inflows) act.
 ///
 /// Moments are whole multiples of it, whatever the frame rate, so that the same drops fall at the same times at 24
 /// and at 60 frames a second. A power of two, so that every multiple is exact.
@@ -149,8 +149,49 @@ impl Schedule {
                     ));
                 }
             }
+            Event::Inflow {
+                start,
+                end,
+                position,
+                radius,
+                flow,
+            } => {
+                let covered = (now + TICK).min(end.unwrap_or(f64::INFINITY)) - now.max(start);
+                if covered > 0.0 {
+                    let volume = (f64::from(flow) * covered) as f32;
+                    out.push((
+                        now,
+                        Action::Drop {
+                            position,
+                            radius,
+                            volume,
+                        },
+                    ));
+                }
+            }
+            Event::Drag {
+                start,
+                end,
+                ref body,
+                grip,
+                from,
+                to,
+            } => {
+                if now < start || now - TICK >= end {
+                    return;
+                }
+                let body = body.clone();
+                let action = if now < end {
+                    let share = ((now - start) / (end - start)) as f32;
+                    let target = from.lerp(to, share);
+                    Action::Drag { body, grip, target }
+                } else {
+                    Action::Release { body }
+                };
+                out.push((now, action));
+            }
             // Single events are in `moments`.
-            Event::Drop { .. } | Event::Press { .. } | Event::Push { .. } => {}
+            Event::Drop { .. } | Event::Press { .. } | Event::Push { .. } | Event::Shove { .. } => {}
         }
     }
 
@@ -204,7 +245,20 @@ fn single(event: &Event) -> Option<(f64, Action)> {
                 velocity,
             },
         )),
-        Event::Sweep { .. } | Event::Rain { .. } => None,
+        Event::Shove {
+            time,
+            ref body,
+            velocity,
+            spin,
+        } => Some((
+            time,
+            Action::Shove {
+                body: body.clone(),
+                velocity,
+                spin,
+            },
+        )),
+        Event::Sweep { .. } | Event::Rain { .. } | Event::Inflow { .. } | Event::Drag { .. } => None,
     }
 }
 
@@ -342,6 +396,29 @@ mod tests {
         }
         assert!((sum - 0.7 * (3.777 - 1.013)).abs() < 1e-5);
         assert!((last - 400.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn an_inflow_brings_its_flow_in_its_time() {
+        let inflow = Event::Inflow {
+            start: 1.013,
+            end: Some(3.777),
+            position: Vec2::new(2.0, 9.0),
+            radius: 0.5,
+            flow: 3.0,
+        };
+        let drops = all(&[inflow], 0, 0.04);
+        let sum: f64 = drops
+            .iter()
+            .map(|(time, action)| {
+                assert!((1.0..3.777).contains(time));
+                let Action::Drop { volume, .. } = action else {
+                    panic!("{action:?}");
+                };
+                f64::from(*volume)
+            })
+            .sum();
+        assert!((sum - 3.0 * (3.777 - 1.013)).abs() < 1e-5);
     }
 
     #[test]

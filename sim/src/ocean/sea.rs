@@ -1,27 +1,11 @@
 //! A sea as a sum of wind seas and swells, each with its own spectrum, direction and spreading.
 
 use super::dispersion::Dispersion;
-use super::spectrum::Spectrum;
-use super::spreading::Spreading;
-use serde::{Deserialize, Serialize};
-
-/// One wind sea or swell.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SeaComponent {
-    /// Variance over frequency.
-    pub spectrum: Spectrum,
-    /// Mean direction of travel in degrees from +X towards +Z.
-    #[serde(default)]
-    pub direction: f64,
-    /// Variance over direction.
-    #[serde(default)]
-    pub spreading: Spreading,
-}
+use crate::scene::description::Sea;
 
 /// Wave-number spectrum of a whole sea.
 #[derive(Clone, Debug)]
-pub struct Sea {
+pub struct WaveField {
     /// Dispersion of its waves.
     pub dispersion: Dispersion,
     components: Vec<Prepared>,
@@ -29,21 +13,21 @@ pub struct Sea {
 
 #[derive(Clone, Debug)]
 struct Prepared {
-    component: SeaComponent,
+    component: Sea,
     scale: f64,
     peak: f64,
 }
 
-impl Sea {
-    /// A sea of these components; calm ones (no wind, no height, no fetch) drop out.
-    pub fn new(components: &[SeaComponent], dispersion: Dispersion) -> Self {
+impl WaveField {
+    /// The waves of these seas; calm ones (no wind, no height, no fetch) drop out.
+    pub fn new(components: &[Sea], dispersion: Dispersion) -> Self {
         let components = components
             .iter()
             .filter_map(|component| {
                 let peak = component.spectrum.peak()?;
                 let scale = component.spectrum.scale(&dispersion);
                 Some(Prepared {
-                    component: component.clone(),
+                    component: *component,
                     scale,
                     peak,
                 })

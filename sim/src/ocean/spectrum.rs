@@ -2,64 +2,7 @@
 //! is Hs = 4 √m0.
 
 use super::dispersion::{Dispersion, GRAVITY};
-use serde::{Deserialize, Serialize};
-
-/// A frequency spectrum.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Spectrum {
-    /// Phillips' spectrum as used since Tessendorf 2001, normalised to a given wave height: its constant is free, so it
-    /// implies none.
-    Phillips {
-        /// Wind speed in m/s; sets the longest waves, L = U²/g.
-        wind: f64,
-        /// Significant wave height in metres.
-        height: f64,
-    },
-    /// Pierson & Moskowitz 1964: a fully developed sea.
-    PiersonMoskowitz {
-        /// Wind speed 19.5 m above the sea in m/s.
-        wind: f64,
-    },
-    /// JONSWAP (Hasselmann et al. 1973): a sea that the wind has had a limited fetch to raise.
-    Jonswap {
-        /// Wind speed 10 m above the sea in m/s.
-        wind: f64,
-        /// Distance over which the wind has blown, metres.
-        fetch: f64,
-        /// Peak enhancement; 3.3 is the mean of the experiment.
-        #[serde(default = "default_gamma")]
-        gamma: f64,
-    },
-    /// TMA (Bouws et al. 1985): JONSWAP in water of the ocean's depth.
-    Tma {
-        /// Wind speed 10 m above the sea in m/s.
-        wind: f64,
-        /// Distance over which the wind has blown, metres.
-        fetch: f64,
-        /// Peak enhancement.
-        #[serde(default = "default_gamma")]
-        gamma: f64,
-    },
-    /// A swell of given height and period: JONSWAP's form with a narrow peak, scaled to the height.
-    Swell {
-        /// Significant wave height in metres.
-        height: f64,
-        /// Period of the peak in seconds.
-        period: f64,
-        /// Peak enhancement; larger is narrower.
-        #[serde(default = "default_swell_gamma")]
-        gamma: f64,
-    },
-}
-
-fn default_gamma() -> f64 {
-    3.3
-}
-
-fn default_swell_gamma() -> f64 {
-    8.0
-}
+pub use crate::scene::description::Spectrum;
 
 /// α g² ω⁻⁵ exp(−1.25 (ω_p/ω)⁴) γ^r, the form shared by JONSWAP, TMA and swell.
 fn jonswap_form(omega: f64, peak: f64, alpha: f64, gamma: f64) -> f64 {

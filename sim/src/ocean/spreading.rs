@@ -1,25 +1,7 @@
 //! How the energy of a frequency spreads over directions: `D(θ)` per radian about the mean direction, ∫D dθ = 1.
 
-use serde::{Deserialize, Serialize};
+pub use crate::scene::description::Spreading;
 use std::f64::consts::{PI, TAU};
-
-/// A directional distribution.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Spreading {
-    /// cos²ˢ(θ/2) with one exponent for all frequencies (Longuet-Higgins et al. 1963).
-    CosinePower {
-        /// Exponent s, at least 0; 0 spreads evenly, 50 is a narrow swell.
-        exponent: f64,
-    },
-    /// cos²ˢ(θ/2) with the exponent of Mitsuyasu et al. 1975.
-    Mitsuyasu,
-    /// cos²ˢ(θ/2) with the exponent of Hasselmann, Dunckel & Ewing 1980.
-    #[default]
-    Hasselmann,
-    /// sech²(βθ) of Donelan, Hamilton & Hui 1985 with Banner's 1990 tail.
-    DonelanBanner,
-}
 
 /// ln Γ(x) for x > 0 by Lanczos' series (g = 7, nine terms), to 1e-14.
 fn ln_gamma(x: f64) -> f64 {
@@ -57,6 +39,17 @@ fn cosine_power(s: f64, theta: f64) -> f64 {
     (ln_q + 2.0 * s * c.ln()).exp()
 }
 
+/// Hasselmann's exponent at `ratio` = ω/ω_p. The steepness of its fall depends on the age of the sea, U ω_p/g.
+fn hasselmann(ratio: f64, peak: f64, wind: f64) -> f64 {
+    let s = if ratio <= 1.0 {
+        6.97 * ratio.powf(4.06)
+    } else {
+        let age = wind * peak / super::dispersion::GRAVITY;
+        9.77 * ratio.powf(-2.33 - 1.45 * (age - 1.17))
+    };
+    s.min(1e4)
+}
+
 impl Spreading {
     /// `D(θ)` per radian at angle `theta` (radians) from the mean direction, for angular frequency `omega` of a sea
     /// whose peak is at `peak`, raised by `wind` m/s.
@@ -76,14 +69,10 @@ impl Spreading {
                     };
                 cosine_power(s, theta)
             }
-            Self::Hasselmann => {
-                let s = if ratio <= 1.0 {
-                    6.97 * ratio.powf(4.06)
-                } else {
-                    let age = wind * peak / super::dispersion::GRAVITY;
-                    9.77 * ratio.powf(-2.33 - 1.45 * (age - 1.17))
-                };
-                cosine_power(s.min(1e4), theta)
+            Self::Hasselmann => cosine_power(hasselmann(ratio, peak, wind), theta),
+            Self::Swell { elongation } => {
+                let longer = 16.0 * (1.0 / ratio).tanh() * elongation * elongation;
+                cosine_power(hasselmann(ratio, peak, wind) + longer, theta)
             }
             Self::DonelanBanner => {
                 let beta = if ratio < 0.95 {
@@ -124,6 +113,8 @@ mod tests {
             Spreading::CosinePower { exponent: 300.0 },
             Spreading::Mitsuyasu,
             Spreading::Hasselmann,
+            Spreading::Swell { elongation: 0.0 },
+            Spreading::Swell { elongation: 1.0 },
             Spreading::DonelanBanner,
         ];
         for kind in kinds {

@@ -1,5 +1,8 @@
 //! Two-dimensional inverse transforms of a periodic patch. Two real fields ride one complex transform; a single field
 //! takes the real one, at half the cost.
+//!
+//! Spectra are stored kx by kx with kz fastest. A row is filled and transformed along Z while it is in the cache, then
+//! all rows are transposed and transformed along X, which leaves the samples row by row with x fastest.
 
 use glam::UVec2;
 use rayon::prelude::*;
@@ -28,8 +31,10 @@ impl std::fmt::Debug for Transform {
     }
 }
 
-/// Rows transposed together: 16 complex numbers are two cache lines.
+/// Rows transposed or transformed together: 16 complex numbers are two cache lines.
 const BLOCK: usize = 16;
+
+const ZERO: Complex32 = Complex32::new(0.0, 0.0);
 
 /// `to[j · rows + i] = from[i · columns + j]` for the first `rows` rows of `columns`.
 fn transpose(from: &[Complex32], to: &mut [Complex32], rows: usize, columns: usize) {
@@ -70,35 +75,28 @@ impl Transform {
         ((self.spectrum.capacity() + self.turned.capacity()) * size_of::<Complex32>()) as u64
     }
 
-    /// Transforms `rows` rows of kx, each holding all kz, in parallel.
-    fn columns(&mut self, rows: usize) {
-        let (height, plan) = (self.height, &self.along_z);
-        self.spectrum[..rows * height]
-            .par_chunks_mut(height * BLOCK)
-            .for_each(|rows| {
-                let mut scratch = vec![Complex32::default(); plan.get_inplace_scratch_len()];
-                plan.process_with_scratch(rows, &mut scratch);
-            });
-    }
-
-    /// Transforms one real field. `fill(m, row)` writes row `m` (kx = m) of its half spectrum for `m < active`; rows beyond
-    /// are zero. `out` is row-major with x fastest.
-    pub fn real(&mut self, active: usize, fill: impl Fn(usize, &mut [Complex32]) + Sync, out: &mut [f32]) {
+    /// Transforms one real field into `out`, row-major with x fastest. `fill(m, row)` writes row `m` (kx = m) of its half
+    /// spectrum for `m < active`; rows beyond are zero.
+    pub fn real(&mut self, active: usize, fill: impl Fn(usize, &mut [Complex32]) + Sync, out: &mut Vec<f32>) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectrum
-            .resize((width * height).max(half * height), Complex32::default());
-        self.turned.resize(width.max(half) * height, Complex32::default());
+        self.spectrum.resize((width * height).max(half * height), ZERO);
+        self.turned.resize(width.max(half) * height, ZERO);
+        out.resize(width * height, 0.0);
+        let plan = &self.along_z;
         self.spectrum[..half * height]
             .par_chunks_mut(height)
             .enumerate()
-            .for_each(|(m, row)| {
-                if m < active {
-                    fill(m, row);
-                } else {
-                    row.fill(Complex32::default());
-                }
-            });
-        self.columns(active.min(half));
+            .for_each_init(
+                || vec![ZERO; plan.get_inplace_scratch_len()],
+                |scratch, (m, row)| {
+                    if m < active {
+                        fill(m, row);
+                        plan.process_with_scratch(row, scratch);
+                    } else {
+                        row.fill(ZERO);
+                    }
+                },
+            );
         transpose(
             &self.spectrum[..half * height],
             &mut self.turned[..half * height],
@@ -108,32 +106,34 @@ impl Transform {
         let plan = &self.real_x;
         out.par_chunks_mut(width * BLOCK)
             .zip(self.turned[..half * height].par_chunks_mut(half * BLOCK))
-            .for_each(|(out, rows)| {
-                let mut scratch = plan.make_scratch_vec();
-                for (out, row) in out.chunks_mut(width).zip(rows.chunks_mut(half)) {
-                    // What the real transform demands and exact arithmetic would give.
-                    row[0].im = 0.0;
-                    if width.is_multiple_of(2) {
-                        row[half - 1].im = 0.0;
+            .for_each_init(
+                || plan.make_scratch_vec(),
+                |scratch, (out, rows)| {
+                    for (out, row) in out.chunks_mut(width).zip(rows.chunks_mut(half)) {
+                        // What the real transform demands and exact arithmetic would give.
+                        row[0].im = 0.0;
+                        if width.is_multiple_of(2) {
+                            row[half - 1].im = 0.0;
+                        }
+                        // The lengths are those of the plan, which is all that this can complain about.
+                        let done = plan.process_with_scratch(row, out, scratch);
+                        debug_assert!(done.is_ok());
                     }
-                    // The lengths are those of the plan, which is all that this can complain about.
-                    let done = plan.process_with_scratch(row, out, &mut scratch);
-                    debug_assert!(done.is_ok());
-                }
-            });
+                },
+            );
     }
 
-    /// Transforms two real fields at once. `fill(m, first, second)` writes row `m` of both half spectra.
+    /// Transforms two real fields at once: the real parts of `out` are the first, the imaginary parts the second.
+    /// `fill(m, first, second)` writes row `m` of both half spectra for `m < active`.
     pub fn pair(
         &mut self,
         active: usize,
         fill: impl Fn(usize, &mut [Complex32], &mut [Complex32]) + Sync,
-        first: &mut [f32],
-        second: &mut [f32],
+        out: &mut Vec<Complex32>,
     ) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectrum.resize(width * height, Complex32::default());
-        self.turned.resize(width.max(half) * height, Complex32::default());
+        self.spectrum.resize(width * height, ZERO);
+        out.resize(width * height, ZERO);
         let active = active.min(half);
         // C = Â + iB̂ on the half plane; on the other half, where Â(−k) = conj Â(k), C(−k) = conj Â(k) + i conj B̂(k).
         let (lower, upper) = self.spectrum[..width * height].split_at_mut(half * height);
@@ -143,28 +143,31 @@ impl Transform {
                 *c = Complex32::new(a.re - b.im, a.im + b.re);
             }
         };
+        let plan = &self.along_z;
         let work = || {
             (
-                vec![Complex32::default(); height],
-                vec![Complex32::default(); height],
+                vec![ZERO; height],
+                vec![ZERO; height],
+                vec![ZERO; plan.get_inplace_scratch_len()],
             )
         };
         {
-            let (mut a, mut b) = work();
+            let (mut a, mut b, mut scratch) = work();
             // Row 0 is its own mirror image; the Nyquist row of an even width is zero.
             fill(0, &mut a, &mut b);
             direct(&mut lower[..height], &a, &b);
-            lower[(both + 1) * height..].fill(Complex32::default());
+            plan.process_with_scratch(&mut lower[..height], &mut scratch);
+            lower[(both + 1) * height..].fill(ZERO);
         }
         lower[height..(both + 1) * height]
             .par_chunks_mut(height)
             .zip(upper.par_chunks_mut(height).rev())
             .enumerate()
-            .for_each_init(work, |(a, b), (index, (row, mirror))| {
+            .for_each_init(work, |(a, b, scratch), (index, (row, mirror))| {
                 let m = index + 1;
                 if m >= active {
-                    row.fill(Complex32::default());
-                    mirror.fill(Complex32::default());
+                    row.fill(ZERO);
+                    mirror.fill(ZERO);
                     return;
                 }
                 fill(m, a, b);
@@ -173,26 +176,65 @@ impl Transform {
                 for ((c, a), b) in mirror[1..].iter_mut().rev().zip(&a[1..]).zip(&b[1..]) {
                     *c = Complex32::new(a.re + b.im, b.re - a.im);
                 }
+                plan.process_with_scratch(row, scratch);
+                plan.process_with_scratch(mirror, scratch);
             });
-        self.columns(width);
-        transpose(
-            &self.spectrum[..width * height],
-            &mut self.turned[..width * height],
-            width,
-            height,
-        );
+        transpose(&self.spectrum[..width * height], out, width, height);
         let plan = &self.along_x;
-        first
-            .par_chunks_mut(width * BLOCK)
-            .zip(second.par_chunks_mut(width * BLOCK))
-            .zip(self.turned[..width * height].par_chunks_mut(width * BLOCK))
-            .for_each(|((first, second), rows)| {
-                let mut scratch = vec![Complex32::default(); plan.get_inplace_scratch_len()];
-                plan.process_with_scratch(rows, &mut scratch);
-                for ((a, b), c) in first.iter_mut().zip(second).zip(rows) {
-                    *a = c.re;
-                    *b = c.im;
-                }
-            });
+        out.par_chunks_mut(width * BLOCK).for_each_init(
+            || vec![ZERO; plan.get_inplace_scratch_len()],
+            |scratch, rows| plan.process_with_scratch(rows, scratch),
+        );
+    }
+
+    /// Runs so many real and complex transforms over whatever stands in the work space: what their fields cost at least.
+    pub fn alone(&mut self, real: usize, complex: usize) {
+        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        self.spectrum.resize((width * height).max(half * height), ZERO);
+        self.turned.resize(width.max(half) * height, ZERO);
+        let along_z = &self.along_z;
+        let columns = |spectrum: &mut [Complex32]| {
+            spectrum.par_chunks_mut(BLOCK * height).for_each_init(
+                || vec![ZERO; along_z.get_inplace_scratch_len()],
+                |scratch, rows| along_z.process_with_scratch(rows, scratch),
+            );
+        };
+        for _ in 0..complex {
+            columns(&mut self.spectrum[..width * height]);
+            transpose(
+                &self.spectrum[..width * height],
+                &mut self.turned[..width * height],
+                width,
+                height,
+            );
+            let plan = &self.along_x;
+            self.turned[..width * height]
+                .par_chunks_mut(BLOCK * width)
+                .for_each_init(
+                    || vec![ZERO; plan.get_inplace_scratch_len()],
+                    |scratch, rows| plan.process_with_scratch(rows, scratch),
+                );
+        }
+        for _ in 0..real {
+            columns(&mut self.spectrum[..half * height]);
+            transpose(
+                &self.spectrum[..half * height],
+                &mut self.turned[..half * height],
+                half,
+                height,
+            );
+            let plan = &self.real_x;
+            self.turned[..half * height]
+                .par_chunks_mut(half * BLOCK)
+                .for_each_init(
+                    || (plan.make_scratch_vec(), vec![0.0; width]),
+                    |(scratch, out), rows| {
+                        for row in rows.chunks_mut(half) {
+                            // What stands there may have imaginary ends, about which alone this can complain.
+                            let _ = plan.process_with_scratch(row, out, scratch);
+                        }
+                    },
+                );
+        }
     }
 }

@@ -141,9 +141,9 @@ fn refuse_reaction(scene: &description::Description) -> Result<(), BuildError> {
             format!("use kind = \"still\", or {REACTING}"),
         ));
     }
-    if let Some(body) = scene.objects.iter().find(|o| o.motion == Motion::Free) {
+    if let Some(number) = scene.objects.iter().position(|o| o.motion == Motion::Free) {
         return Err(BuildError::impossible(
-            format!("object `{}`: motion", body.name),
+            format!("object.{number}.motion"),
             "this solver cannot float bodies",
             "use motion kind \"fixed\" or \"path\"",
         ));
@@ -153,7 +153,7 @@ fn refuse_reaction(scene: &description::Description) -> Result<(), BuildError> {
 
 /// Refuses impossible values of one wave.
 fn check_wave(number: usize, wave: &description::Wave, spacing: f32) -> Result<(), BuildError> {
-    let key = |name: &str| format!("solver.wave[{number}].{name}");
+    let key = |name: &str| format!("solver.wave.{number}.{name}");
     for (name, value) in [
         ("amplitude", wave.amplitude),
         ("wavelength", wave.wavelength),

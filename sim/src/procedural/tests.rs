@@ -163,7 +163,7 @@ fn impossible_waves_are_refused_with_a_remedy() {
     let folded = message(&wave("wavelength = 3.0, steepness = 1.0"));
     assert!(folded.contains("1.047") && folded.contains("0.955"), "{folded}");
     let steep = message(&wave("wavelength = 3.0, steepness = 1.2"));
-    assert!(steep.contains("wave[0].steepness"), "{steep}");
+    assert!(steep.contains("wave.0.steepness"), "{steep}");
     let short = message(&wave("wavelength = 0.5"));
     assert!(short.contains("spacing"), "{short}");
     assert!(message(&wave("wavelength = -3.0")).contains("wavelength"));

@@ -152,7 +152,7 @@ impl StoredGrid {
 }
 
 /// Appends the length of `value` as a `u32`, then its bytes.
-pub(super) fn put<T: Serialize>(value: &T, limit: usize, out: &mut Vec<u8>) -> Result<(), String> {
+pub(crate) fn put<T: Serialize>(value: &T, limit: usize, out: &mut Vec<u8>) -> Result<(), String> {
     let config = bincode::config::standard().with_fixed_int_encoding();
     let bytes = bincode::serde::encode_to_vec(value, config).map_err(|e| e.to_string())?;
     let length = u32::try_from(bytes.len()).ok().filter(|&n| n as usize <= limit);
@@ -167,8 +167,22 @@ pub(super) fn put<T: Serialize>(value: &T, limit: usize, out: &mut Vec<u8>) -> R
     Ok(())
 }
 
+/// Bytes of a small structure, such as that of most frames.
+const SMALL: usize = 1 << 16;
+/// Bytes of one of medium size.
+const MEDIUM: usize = 1 << 20;
+
+fn decode<T: DeserializeOwned, const LIMIT: usize>(
+    structure: &[u8],
+) -> Result<(T, usize), bincode::error::DecodeError> {
+    let config = bincode::config::standard()
+        .with_fixed_int_encoding()
+        .with_limit::<LIMIT>();
+    bincode::serde::decode_from_slice(structure, config)
+}
+
 /// Reads what [`put`] wrote with a limit of `LIMIT`; returns the value and the bytes after it.
-pub(super) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<(T, &[u8]), String> {
+pub(crate) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Result<(T, &[u8]), String> {
     let (length, rest) = bytes
         .split_first_chunk::<4>()
         .ok_or("it ends before its structure")?;
@@ -180,12 +194,14 @@ pub(super) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Res
         ));
     }
     let (structure, rest) = rest.split_at(length);
-    // The limit also bounds what bincode allocates for strings and sequences before it has read them.
-    let config = bincode::config::standard()
-        .with_fixed_int_encoding()
-        .with_limit::<LIMIT>();
-    let (value, used) =
-        bincode::serde::decode_from_slice(structure, config).map_err(|e| format!("its structure: {e}"))?;
+    // Bincode allocates what a string claims to hold before it reads it, up to a limit that is fixed when compiling.
+    // So that a small file cannot make it allocate much, small structures get a small one.
+    let decoded = match length {
+        0..=SMALL => decode::<T, SMALL>(structure),
+        ..=MEDIUM => decode::<T, MEDIUM>(structure),
+        _ => decode::<T, LIMIT>(structure),
+    };
+    let (value, used) = decoded.map_err(|e| format!("its structure: {e}"))?;
     if used != length {
         return Err(format!(
             "its structure takes {used} of the {length} bytes given to it"

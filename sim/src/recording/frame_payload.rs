@@ -7,6 +7,7 @@ use crate::frame::{BodyPose, Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::solver::StepReport;
 use glam::{Quat, Vec2, Vec3};
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Numbers of one body: position, rotation, velocity, angular velocity.
@@ -137,16 +138,26 @@ pub(super) fn encode(
         .filter(|_| channels.contains(Channels::BODIES));
     let bodies = bodies.map_or(0, Vec::len);
     let specs = planes(*frame.spec(), channels, droplets, bodies);
-    let mut data = Vec::new();
-    let mut stored = Vec::with_capacity(specs.len());
-    let mut encoded = Encoded::default();
-    for (spec, values) in specs.iter().zip(values(frame, channels)) {
+    let values = values(frame, channels);
+    let mut encoded = Encoded {
+        raw_bytes: values.iter().map(|v| 4 * v.len() as u64).sum(),
+        max_error: 0.0,
+    };
+    let pack = |(spec, values): (&PlaneSpec, &Cow<'_, [f32]>)| {
+        let mut data = Vec::new();
         let tolerance = if spec.tolerant { tolerance } else { 0.0 };
-        let plane = plane::pack(&values, spec.layout, tolerance, &mut data)?;
-        encoded.raw_bytes += 4 * values.len() as u64;
+        plane::pack(values, spec.layout, tolerance, &mut data).map(|plane| (plane, data))
+    };
+    let packed: Vec<(StoredPlane, Vec<u8>)> = if encoded.raw_bytes >= 4 * plane::PARALLEL as u64 {
+        let arrays = specs.par_iter().zip(&values);
+        arrays.map(pack).collect::<Result<_, _>>()?
+    } else {
+        specs.iter().zip(&values).map(pack).collect::<Result<_, _>>()?
+    };
+    for (plane, _) in &packed {
         encoded.max_error = encoded.max_error.max(plane.max_error);
-        stored.push(plane);
     }
+    let (stored, data): (Vec<_>, Vec<_>) = packed.into_iter().unzip();
     let structure = StoredFrame {
         index: frame.index,
         report: report.map(Into::into),
@@ -155,7 +166,7 @@ pub(super) fn encode(
         planes: stored,
     };
     codec::put(&structure, MAX_FRAME_STRUCTURE, out)?;
-    out.extend_from_slice(&data);
+    data.iter().for_each(|data| out.extend_from_slice(data));
     Ok(encoded)
 }
 

@@ -249,7 +249,7 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
         .then(|| unpack.grid(grid))
         .transpose()?;
     let name = Path::new("scene of the recording");
-    let description = Description::from_toml(&stored.scene, name, &[]).map_err(|e| e.to_string())?;
+    let description = Description::of_recording(&stored.scene, name).map_err(|e| e.to_string())?;
     let scene =
         Scene::from_parts(description, terrain, meshes, sky, initial_elevation).map_err(|e| e.to_string())?;
     if scene.grid != grid {

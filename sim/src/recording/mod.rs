@@ -10,7 +10,7 @@
 //! checksums; [`index`] and [`scan`] find the frames of a file.
 
 mod chunk;
-mod codec;
+pub(crate) mod codec;
 mod error;
 mod fitted;
 mod frame_payload;

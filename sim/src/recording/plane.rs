@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// Numbers in a band, unless a row is longer than half of it.
 const BAND: usize = 1 << 17;
 /// Numbers from which on several threads are put to work: fewer take less time than waking a thread.
-const PARALLEL: usize = 1 << 15;
+pub(super) const PARALLEL: usize = 1 << 15;
 /// Fewest bytes that a band can take: bounds what a small file can make the reader allocate.
 const MIN_BAND_BYTES: u32 = 4;
 /// Effort of pco: 16 bins. More gains under 1 % after prediction.

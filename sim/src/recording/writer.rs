@@ -1,9 +1,13 @@
-//! Writing a recording: encoding and writing happen off the caller's thread.
+//! Writing a recording: encoding and writing happen off the caller's thread, one frame at a time.
 //!
-//! `push` copies the frame and hands the copy to a pool of encoding threads; a writing thread takes the encoded frames
-//! in order and gives each to the system in one call, so that a process that is killed loses the frames in flight and
-//! leaves at most one of them half written. The pool is the writer's own: a simulation that waits for room in the
-//! queue may itself occupy every thread of rayon's global pool.
+//! `push` copies the frame, hands the copy to the recording thread and returns. That thread encodes it with a pool (all
+//! arrays and their bands at once) and gives the whole chunk to the system in one call; only then does it take the next
+//! frame, for which the next `push` waits. A process that is killed therefore loses at most the one frame that it
+//! pushed last. A longer queue would even out frames that take unequal time, at the price of that promise; it would not
+//! make a long run shorter, since the pool works while the simulation does.
+//!
+//! The pool is the writer's own: a simulation that waits for the frame in flight may itself occupy every thread of
+//! rayon's global pool.
 
 use super::chunk::{self, CHUNK_HEADER, ChunkHeader, Kind};
 use super::frame_payload::{self, Encoded};
@@ -15,29 +19,32 @@ use crate::solver::StepReport;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-
-/// Bytes of frames that may wait in the queue, unless a single one takes more.
-const QUEUE_BYTES: usize = 256 << 20;
 
 /// A recording in the making.
 ///
-/// Dropping it without [`Self::finish`] writes the frames that were pushed but no index; the file can be read.
+/// Of the frames that were pushed, all but the last are with the system, whatever becomes of this process: the last one
+/// is in flight until the next [`Self::push`], [`Self::flush`] or [`Self::finish`] returns. Dropping a writer without
+/// [`Self::finish`] writes the frame in flight but no index; the file can be read.
 #[derive(Debug)]
 pub struct Writer {
     path: PathBuf,
     spec: GridSpec,
     channels: Channels,
-    tolerance: f32,
-    recording: u32,
     pushed: u64,
     last_time: f64,
-    pool: rayon::ThreadPool,
-    ordered: Option<SyncSender<Receiver<Packed>>>,
+    /// Whether the recording thread still owes an answer for the frame pushed last.
+    in_flight: bool,
+    failed: bool,
+    /// A frame to copy the next one into.
+    spare: Option<Frame>,
+    written: Arc<AtomicU64>,
+    jobs: Option<SyncSender<Job>>,
+    done: Receiver<Result<Frame, RecordingError>>,
     thread: Option<JoinHandle<Output>>,
-    shared: Arc<Shared>,
 }
 
 /// What was recorded.
@@ -53,44 +60,11 @@ pub struct Summary {
     pub largest_error: f32,
 }
 
-/// An encoded chunk.
-struct Packed {
-    bytes: Vec<u8>,
-    time: f64,
-    encoded: Result<Encoded, String>,
-}
-
-/// What pusher, encoders and writing thread share.
-#[derive(Debug, Default)]
-struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
-
-#[derive(Debug, Default)]
-struct State {
-    written: u64,
-    failed: bool,
-    error: Option<RecordingError>,
-    /// Frames and buffers to use again.
-    frames: Vec<Frame>,
-    buffers: Vec<Vec<u8>>,
-}
-
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        // No code panics while it holds the lock in a way that leaves the state half changed.
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn fail(&self, error: RecordingError) {
-        let mut state = self.state();
-        if !state.failed {
-            state.failed = true;
-            state.error = Some(error);
-        }
-        self.changed.notify_all();
-    }
+/// A frame to be encoded and written.
+#[derive(Debug)]
+struct Job {
+    frame: Frame,
+    report: Option<StepReport>,
 }
 
 impl Writer {
@@ -117,87 +91,80 @@ impl Writer {
     fn start(mut output: Output, scene: &Scene, channels: Channels) -> Result<Self, RecordingError> {
         let path = output.path.clone();
         let io = |e| RecordingError::io(&path, "create", e);
-        let threads = rayon::current_num_threads();
         let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
+            .num_threads(rayon::current_num_threads())
             .thread_name(|n| format!("meniscus-encode-{n}"))
-            // Without a handler rayon would end the process; the writing thread notices the frame that never comes.
-            .panic_handler(|_| {})
             .build()
             .map_err(|e| io(std::io::Error::other(e)))?;
-        let frame_bytes = 4 * scene.grid.len() * frame_payload::planes(scene.grid, channels, 0, 0).len();
-        let queue = (QUEUE_BYTES / frame_bytes.max(1)).clamp(1, threads + 2);
-        let (ordered, incoming) = sync_channel::<Receiver<Packed>>(queue);
-        let shared = Arc::new(Shared::default());
-        let recording = output.recording;
-        let theirs = Arc::clone(&shared);
+        let encoding = Encoding {
+            channels,
+            tolerance: scene.description.recording.tolerance,
+            recording: output.recording,
+        };
+        let written = Arc::new(AtomicU64::new(0));
+        let count = Arc::clone(&written);
+        // Each holds the one frame in flight, so that no sender ever waits.
+        let (jobs, incoming) = sync_channel::<Job>(1);
+        let (outgoing, done) = sync_channel(1);
         let thread = std::thread::Builder::new()
             .name("meniscus-record".to_owned())
             .spawn(move || {
-                output.run(&incoming, &theirs);
+                let mut bytes = Vec::new();
+                for (sequence, Job { frame, report }) in (1..).zip(incoming) {
+                    let encoded = pool.install(|| encoding.chunk(&frame, report, sequence, &mut bytes));
+                    let result = output.frame(&bytes, frame.time, encoded);
+                    let failed = result.is_err();
+                    count.fetch_add(u64::from(!failed), Ordering::Release);
+                    // A writer that is being dropped no longer listens.
+                    let _ = outgoing.send(result.map(|()| frame));
+                    if failed {
+                        break;
+                    }
+                }
                 output
             })
             .map_err(io)?;
         Ok(Self {
             spec: scene.grid,
             channels,
-            tolerance: scene.description.recording.tolerance,
-            recording,
             pushed: 0,
             last_time: f64::NEG_INFINITY,
-            pool,
-            ordered: Some(ordered),
+            in_flight: false,
+            failed: false,
+            spare: None,
+            written,
+            jobs: Some(jobs),
+            done,
             thread: Some(thread),
-            shared,
             path,
         })
     }
 
-    /// Records a copy of `frame`, and the totals of its state where they are known. Returns when there is room for it
-    /// in the queue. Channels that are not recorded are left out.
+    /// Records a copy of `frame`, and the totals of its state where they are known. Returns when every frame pushed
+    /// before has been given to the system; this one is then in flight. Channels that are not recorded are left out.
     ///
     /// # Errors
     /// [`RecordingError`] if the frame is refused (it holds NaN or infinity, lacks a channel, stands on another grid or
     /// goes back in time; the recording goes on), or if writing an earlier frame failed.
     pub fn push(&mut self, frame: &Frame, report: Option<StepReport>) -> Result<(), RecordingError> {
-        self.check_running()?;
         self.check(frame)?;
-        let (mut copy, mut bytes) = {
-            let mut state = self.shared.state();
-            (state.frames.pop(), state.buffers.pop().unwrap_or_default())
-        };
-        let copied = copy.get_or_insert_with(|| Frame::new(self.spec));
-        copy_frame(frame, self.channels, copied);
-        let (channels, tolerance, recording) = (self.channels, self.tolerance, self.recording);
-        let sequence = self.pushed + 1;
-        let shared = Arc::clone(&self.shared);
-        let (result, promise) = sync_channel(1);
-        self.pool.spawn_fifo(move || {
-            let Some(frame) = copy else { return };
-            bytes.clear();
-            bytes.resize(CHUNK_HEADER, 0);
-            let encoded = frame_payload::encode(&frame, channels, report, tolerance, &mut bytes);
-            ChunkHeader::seal(&mut bytes, Kind::Frame, Some(recording), sequence, frame.time);
-            let time = frame.time;
-            shared.state().frames.push(frame);
-            // The writing thread may have gone after an error; then nobody wants the frame.
-            let _ = result.send(Packed { bytes, time, encoded });
-        });
-        let queued = self
-            .ordered
-            .as_ref()
-            .is_some_and(|ordered| ordered.send(promise).is_ok());
-        if !queued {
-            return Err(self.failure());
+        self.flush()?;
+        let mut copy = self.spare.take().unwrap_or_else(|| Frame::new(self.spec));
+        copy_frame(frame, self.channels, &mut copy);
+        let job = Job { frame: copy, report };
+        if self.jobs.as_ref().is_none_or(|jobs| jobs.send(job).is_err()) {
+            return Err(self.stopped());
         }
+        self.in_flight = true;
         self.pushed += 1;
         self.last_time = frame.time;
+        tracing::trace!("frame {} handed to the recording", self.pushed - 1);
         Ok(())
     }
 
     /// Frames that were given to the system: they survive the end of this process, however it ends.
     pub fn written(&self) -> u64 {
-        self.shared.state().written
+        self.written.load(Ordering::Acquire)
     }
 
     /// Waits until every frame that was pushed has been given to the system.
@@ -205,50 +172,45 @@ impl Writer {
     /// # Errors
     /// [`RecordingError`] if writing failed.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
-        let mut state = self.shared.state();
-        while state.written < self.pushed && !state.failed {
-            state = self
-                .shared
-                .changed
-                .wait(state)
-                .unwrap_or_else(PoisonError::into_inner);
+        if self.failed {
+            return Err(self.stopped());
         }
-        drop(state);
-        self.check_running()
+        if !std::mem::take(&mut self.in_flight) {
+            return Ok(());
+        }
+        match self.done.recv() {
+            Ok(Ok(frame)) => {
+                self.spare = Some(frame);
+                Ok(())
+            }
+            Ok(Err(error)) => {
+                self.failed = true;
+                Err(error)
+            }
+            Err(_) => Err(self.stopped()),
+        }
     }
 
-    /// Writes the frames that are still in the queue and the index, and waits for the disk.
+    /// Writes the frame in flight and the index, and waits for the disk.
     ///
     /// # Errors
     /// [`RecordingError`] if writing failed; the frames written before that can be read.
     pub fn finish(mut self) -> Result<Summary, RecordingError> {
-        let output = self.join();
-        self.check_running()?;
-        let Some(output) = output else {
-            return Err(self.failure());
-        };
-        output.finish()
+        self.flush()?;
+        self.join().ok_or_else(|| self.stopped())?.finish()
     }
 
-    /// Lets the writing thread end when it has written what is in the queue.
+    /// Lets the recording thread end when it has written the frame in flight.
     fn join(&mut self) -> Option<Output> {
-        drop(self.ordered.take());
+        drop(self.jobs.take());
         self.thread.take().and_then(|thread| thread.join().ok())
     }
 
-    fn check_running(&self) -> Result<(), RecordingError> {
-        if self.shared.state().failed {
-            Err(self.failure())
-        } else {
-            Ok(())
-        }
-    }
-
-    fn failure(&self) -> RecordingError {
-        let error = self.shared.state().error.take();
-        error.unwrap_or_else(|| RecordingError::Stopped {
+    fn stopped(&mut self) -> RecordingError {
+        self.failed = true;
+        RecordingError::Stopped {
             path: self.path.clone(),
-        })
+        }
     }
 
     fn check(&self, frame: &Frame) -> Result<(), RecordingError> {
@@ -286,6 +248,31 @@ impl Writer {
 impl Drop for Writer {
     fn drop(&mut self) {
         self.join();
+    }
+}
+
+/// How the frames of a recording are encoded.
+#[derive(Clone, Copy, Debug)]
+struct Encoding {
+    channels: Channels,
+    tolerance: f32,
+    recording: u32,
+}
+
+impl Encoding {
+    /// Encodes `frame` as the whole chunk in `bytes`.
+    fn chunk(
+        self,
+        frame: &Frame,
+        report: Option<StepReport>,
+        sequence: u64,
+        bytes: &mut Vec<u8>,
+    ) -> Result<Encoded, String> {
+        bytes.clear();
+        bytes.resize(CHUNK_HEADER, 0);
+        let encoded = frame_payload::encode(frame, self.channels, report, self.tolerance, bytes)?;
+        ChunkHeader::seal(bytes, Kind::Frame, Some(self.recording), sequence, frame.time);
+        Ok(encoded)
     }
 }
 
@@ -395,32 +382,15 @@ impl Output {
         Ok(())
     }
 
-    /// Writes frames in the order in which they were pushed, until there are no more or one fails.
-    fn run(&mut self, incoming: &Receiver<Receiver<Packed>>, shared: &Shared) {
-        for promise in incoming {
-            let packed = promise.recv().map_err(|_| "encoding was interrupted".to_owned());
-            let result = packed.and_then(|p| p.encoded.map(|e| (p.bytes, p.time, e)));
-            let outcome = match result {
-                Ok((bytes, time, encoded)) => self.frame(&bytes, time, encoded).map(|()| bytes),
-                Err(reason) => Err(RecordingError::io(
-                    &self.path,
-                    "write",
-                    std::io::Error::other(reason),
-                )),
-            };
-            match outcome {
-                Ok(bytes) => {
-                    let mut state = shared.state();
-                    state.written += 1;
-                    state.buffers.push(bytes);
-                    shared.changed.notify_all();
-                }
-                Err(error) => return shared.fail(error),
-            }
-        }
-    }
-
-    fn frame(&mut self, bytes: &[u8], time: f64, encoded: Encoded) -> Result<(), RecordingError> {
+    /// Writes the chunk of a frame.
+    fn frame(
+        &mut self,
+        bytes: &[u8],
+        time: f64,
+        encoded: Result<Encoded, String>,
+    ) -> Result<(), RecordingError> {
+        let encoded = encoded
+            .map_err(|reason| RecordingError::io(&self.path, "write", std::io::Error::other(reason)))?;
         let offset = self.length;
         self.put(bytes)?;
         self.entries.push((offset, time));

@@ -5,7 +5,7 @@
 
 use super::document::{Node, Number, Value};
 use super::report::Report;
-use super::schema::{Key, Kind, Plain, Range, Variant};
+use super::schema::{Key, Kind, Plain, Range, SOLVER, Variant};
 use super::suggest;
 use super::units::Quantity;
 use crate::frame::Channels;
@@ -157,6 +157,7 @@ fn value(node: &Node, kind: Kind, path: &str, report: &mut Report) -> Option<Tom
             |entries, at, report| Some(Toml::Table(table(entries, keys, &[], at, report))),
         )),
         (Kind::Tagged(variants), Value::Table(entries)) => tagged(entries, variants, path, report),
+        (Kind::Solver, Value::Table(entries)) => tagged(entries, SOLVER, path, report),
         (Kind::TaggedTables(variants), Value::List(items)) => Some(list(
             items,
             Kind::Tagged(variants),
@@ -471,7 +472,7 @@ fn name_of(kind: Kind) -> String {
         Kind::Rotation => "a rotation".into(),
         Kind::Choice(_) => "a text".into(),
         Kind::Channels => "a list of channel names".into(),
-        Kind::Table(_) | Kind::Tagged(_) => "a table".into(),
+        Kind::Table(_) | Kind::Tagged(_) | Kind::Solver => "a table".into(),
         Kind::Tables(_) | Kind::TaggedTables(_) => "a list of tables".into(),
     }
 }
@@ -517,6 +518,7 @@ fn expected(kind: Kind) -> String {
                 names(&variants.iter().map(|v| v.name).collect::<Vec<_>>())
             )
         }
+        Kind::Solver => expected(Kind::Tagged(SOLVER)),
         Kind::Tables(_) | Kind::TaggedTables(_) => "write a list of tables".into(),
     }
 }
@@ -568,6 +570,7 @@ pub(super) fn placeholder(kind: Kind) -> Toml {
         Kind::Choice(choices) => Toml::String(choices.first().copied().unwrap_or("?").into()),
         Kind::Channels | Kind::Tables(_) | Kind::TaggedTables(_) => Toml::Array(Vec::new()),
         Kind::Table(keys) => Toml::Table(all(keys)),
+        Kind::Solver => placeholder(Kind::Tagged(SOLVER)),
         Kind::Tagged(variants) => {
             let mut out = toml::Table::new();
             if let Some(first) = variants.first() {

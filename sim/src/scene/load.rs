@@ -4,7 +4,7 @@ use super::description::{Description, Initial, Shape, Sky, Terrain};
 use super::document::Node;
 use super::fault::{Fault, read_text};
 use super::report::Report;
-use super::{Panorama, Problem, Scene, SceneError, check, layout, schema, validate};
+use super::{Panorama, Problem, Scene, SceneError, check, layout, schema, series, validate};
 use crate::grid::{Grid, GridSpec};
 use crate::mesh::{self, TriangleMesh};
 use crate::{npy, terrain};
@@ -71,6 +71,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let name = Path::new("scene");
         let mut report = Report::new(name, &[]);
+        report.allow_late_events();
         let checked = describe(&description.to_toml(), name, &[], &mut report);
         report.forget_lines();
         if checked.is_none() {
@@ -86,6 +87,26 @@ impl Scene {
     }
 }
 
+impl SceneError {
+    /// A problem of the value at `key` that only the use of the scene revealed, such as one of a solver: told with the
+    /// line of the scene file `file` or with the override that the value came from, as far as they can be found.
+    pub fn of_key(file: &Path, overrides: &[String], key: &str, message: &str, remedy: &str) -> Self {
+        let mut report = Report::new(file, overrides);
+        let root = read_text(file, MAX_BYTES)
+            .ok()
+            .and_then(|text| Node::parse(&text, file).ok());
+        if let Some(mut root) = root {
+            for (k, text) in overrides.iter().enumerate() {
+                // The scene was loaded with them once; one that fails now only costs its mention.
+                let _ = root.apply(text, k);
+            }
+            report.set_document(root);
+        }
+        report.at(key, message, remedy);
+        report.into_error()
+    }
+}
+
 impl Description {
     /// Reads and checks the text of a scene file without reading the files that it names. `file_name` is for messages.
     ///
@@ -94,6 +115,14 @@ impl Description {
     pub fn from_toml(text: &str, file_name: &Path, overrides: &[String]) -> Result<Self, SceneError> {
         let mut report = Report::new(file_name, overrides);
         let description = describe(text, file_name, overrides, &mut report);
+        report.finish_with(description)
+    }
+
+    /// As [`Self::from_toml`], from the text in a recording, which may be that of a scene shortened for a trial.
+    pub(crate) fn of_recording(text: &str, name: &Path) -> Result<Self, SceneError> {
+        let mut report = Report::new(name, &[]);
+        report.allow_late_events();
+        let description = describe(text, name, &[], &mut report);
         report.finish_with(description)
     }
 
@@ -219,6 +248,8 @@ fn resolve(description: Description, base_dir: &Path, report: &mut Report) -> Op
             Err(e) => blame(report, "light.sky.file", &path, &e),
         }
     }
+    let mut description = description;
+    series::read(&mut description.boundary.drives, base_dir, report);
     let array = match &description.water.initial {
         Initial::Array { file } if report.usable(&["water.initial"]) => {
             read_elevation(&base_dir.join(file), report)
@@ -412,6 +443,7 @@ fn assemble(
         (None, Some(Terrain::Flat { height })) => Some(terrain::flat(*height, &grid)),
         (terrain, _) => terrain,
     };
+    validate::series_are_there(&description, report);
     validate::ground(&description, terrain.as_ref(), initial_elevation.as_ref(), report);
     Some(Scene {
         description,

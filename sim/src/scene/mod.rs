@@ -12,6 +12,7 @@ mod page;
 mod problem;
 mod report;
 mod schema;
+mod series;
 mod sky;
 mod suggest;
 mod units;

@@ -15,7 +15,12 @@ impl Object {
             ..BodyPose::default()
         };
         match &self.motion {
-            Motion::Fixed | Motion::Free => rest,
+            Motion::Fixed => rest,
+            Motion::Free => BodyPose {
+                velocity: self.velocity,
+                angular_velocity: self.spin,
+                ..rest
+            },
             Motion::Path { points } => along(points, time).unwrap_or(rest),
         }
     }
@@ -71,6 +76,8 @@ mod tests {
             shape: Shape::Sphere { radius: 1.0 },
             position: Vec3::splat(9.0),
             rotation: Quat::IDENTITY,
+            velocity: Vec3::ZERO,
+            spin: Vec3::ZERO,
             density: 600.0,
             motion: Motion::Path { points },
             color: None,

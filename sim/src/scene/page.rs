@@ -87,11 +87,14 @@ fn sections() -> Vec<Section> {
                         let mut inner = path.clone();
                         inner.push((key.name, Some(variant)));
                         let heading = format!("`{dotted}` = `{}`", variant.name);
-                        out.push(Section {
-                            heading,
-                            keys: variant.keys,
-                            path: inner,
-                        });
+                        // Forms of a list that share a table say it once.
+                        if out.iter().all(|s| s.heading != heading) {
+                            out.push(Section {
+                                heading,
+                                keys: variant.keys,
+                                path: inner,
+                            });
+                        }
                     }
                 }
                 _ => {}
@@ -135,6 +138,7 @@ fn described(kind: Kind) -> (String, String, String) {
             plain(&format!("list of {}", names.join(", ")))
         }
         Kind::Table(_) => plain("table"),
+        Kind::Solver => plain("table as `solver`"),
         Kind::Tables(_) => plain("list of tables"),
         Kind::Tagged(_) => plain("table with `kind`"),
         Kind::TaggedTables(_) => plain("list of tables with `kind`"),

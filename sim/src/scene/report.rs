@@ -15,6 +15,7 @@ pub(crate) struct Report {
     problems: Vec<Problem>,
     untold: usize,
     unusable: Vec<String>,
+    late_events: bool,
 }
 
 impl Report {
@@ -26,7 +27,19 @@ impl Report {
             problems: Vec::new(),
             untold: 0,
             unusable: Vec::new(),
+            late_events: false,
         }
+    }
+
+    /// Events after the end are no problem: the scene may be one that was shortened for a trial.
+    pub(crate) fn allow_late_events(&mut self) {
+        self.late_events = true;
+    }
+
+    /// Whether events after the end are no problem: whoever shortens a scene by `--set duration` need not take its later
+    /// events out.
+    pub(crate) fn allows_late_events(&self) -> bool {
+        self.late_events || matches!(self.origin("duration"), Some(Origin::Override(_)))
     }
 
     /// From now on key paths are looked up in this tree.
@@ -121,7 +134,7 @@ impl Report {
         self.problems.iter_mut().for_each(|p| p.line = None);
     }
 
-    /// The result if nothing was wrong, else the problems: those of the scene file first, in order of line.
+    /// The result if nothing was wrong, else the problems.
     ///
     /// # Errors
     /// [`SceneError`] if there is any problem.
@@ -137,6 +150,11 @@ impl Report {
             }
             _ => {}
         }
+        Err(self.into_error())
+    }
+
+    /// The problems: those of the scene file first, in order of line.
+    pub(crate) fn into_error(mut self) -> SceneError {
         let scene = self.file.clone();
         self.problems
             .sort_by_key(|p| (p.file != scene, p.file.clone(), p.line.unwrap_or(u32::MAX)));
@@ -149,8 +167,8 @@ impl Report {
                 remedy: "correct those above first".into(),
             });
         }
-        Err(SceneError {
+        SceneError {
             problems: self.problems,
-        })
+        }
     }
 }

@@ -52,6 +52,8 @@ pub(crate) enum Kind {
     Tagged(&'static [Variant]),
     /// `[[name]]`, each with a `kind`.
     TaggedTables(&'static [Variant]),
+    /// A table as `[solver]`.
+    Solver,
 }
 
 /// The values that a number may have.
@@ -124,7 +126,7 @@ use Kind::{
     Text, Vector, Wide, WideVector,
 };
 use Quantity::{
-    Angle, Density, Exposure, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
+    Angle, Density, Exposure, Flow, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
 };
 
 /// Bound of every length. Its square is far from the limits of single precision.
@@ -176,6 +178,8 @@ pub(crate) const SCENE: &[Key] = &[
     optional("terrain", Tagged(TERRAIN)),
     optional("ground", Table(GROUND)),
     required("solver", Tagged(SOLVER)),
+    optional("layer", Tables(LAYER)),
+    optional("detail", Tagged(DETAIL)),
     optional("boundary", Table(BOUNDARY)),
     optional("object", Tables(OBJECT)),
     optional("light", Table(LIGHT)),
@@ -271,7 +275,36 @@ const GROUND: &[Key] = &[
     optional("checker", Number(Length, NOT_NEGATIVE)),
 ];
 
-const SOLVER: &[Variant] = &[
+const LAYER: &[Key] = &[
+    required("solver", Kind::Solver),
+    optional("fade_depth", Number(Length, NOT_NEGATIVE)),
+];
+
+const LIFETIME: Key = optional("lifetime", Wide(Time, Range::new(0.01, 1e6)));
+
+const DETAIL: &[Variant] = &[
+    variant(
+        "noise",
+        &[
+            required("period", Wide(Length, POSITIVE)),
+            required("height", Wide(Length, NOT_NEGATIVE)),
+            optional("rate", Wide(Rate, Range::new(0.0, 1e3))),
+            LIFETIME,
+        ],
+    ),
+    variant(
+        "waves",
+        &[
+            required("period", Wide(Length, POSITIVE)),
+            WIND,
+            optional("fetch", Wide(Length, NOT_NEGATIVE)),
+            SEA_DIRECTION,
+            LIFETIME,
+        ],
+    ),
+];
+
+pub(crate) const SOLVER: &[Variant] = &[
     variant(
         "wave-equation",
         &[
@@ -309,6 +342,36 @@ const SOLVER: &[Variant] = &[
                 ),
             ),
             optional("film_depth", Number(Length, Range::new(1e-12, FAR))),
+            optional("splash", Table(SPLASH)),
+        ],
+    ),
+    variant(
+        "ocean",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("depth", Wide(Length, POSITIVE)),
+            optional("capillary", Boolean),
+            optional("choppiness", Wide(Bare, Range::new(0.0, 10.0))),
+            optional("loop_period", Wide(Time, Range::new(0.1, 1e6))),
+            optional("sea", TaggedTables(SEA)),
+            optional("cascade", Tables(CASCADE)),
+            optional("foam", Table(OCEAN_FOAM)),
+        ],
+    ),
+    variant(
+        "wave-particles",
+        &[
+            required("spacing", POSITIVE_LENGTH),
+            optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
+            optional("depth", POSITIVE_LENGTH),
+            optional("law", Choice(&["volume", "energy"])),
+            optional("train", Number(Bare, Range::new(1.0, 64.0))),
+            optional("radius", POSITIVE_LENGTH),
+            optional("split", Number(Bare, Range::new(0.02, 2.0))),
+            optional("smallest", Number(Length, Range::new(1e-12, FAR))),
+            optional("limit", Number(Bare, Range::new(1.0, 1e8))),
+            optional("horizontal", Number(Bare, SHARE)),
+            optional("front", Tables(FRONT)),
         ],
     ),
     variant(
@@ -333,6 +396,71 @@ const SOLVER: &[Variant] = &[
             optional("drain", Tables(DRAIN)),
         ],
     ),
+];
+
+const WIND: Key = required("wind", Wide(Speed, Range::new(0.0, 100.0)));
+const FETCH: Key = required("fetch", Wide(Length, NOT_NEGATIVE));
+const GAMMA: Key = optional("gamma", Wide(Bare, Range::new(1.0, 20.0)));
+const WAVE_HEIGHT: Key = required("height", Wide(Length, Range::new(0.0, 100.0)));
+const SEA_DIRECTION: Key = optional("direction", Wide(Angle, TURN));
+const SEA_SPREADING: Key = optional("spreading", Tagged(SPREADING));
+
+const SEA: &[Variant] = &[
+    variant("phillips", &[WIND, WAVE_HEIGHT, SEA_DIRECTION, SEA_SPREADING]),
+    variant("pierson-moskowitz", &[WIND, SEA_DIRECTION, SEA_SPREADING]),
+    variant("jonswap", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
+    variant("tma", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
+    variant(
+        "swell",
+        &[
+            WAVE_HEIGHT,
+            required("period", Wide(Time, Range::new(0.01, 1e3))),
+            GAMMA,
+            SEA_DIRECTION,
+            SEA_SPREADING,
+        ],
+    ),
+];
+
+const SPREADING: &[Variant] = &[
+    variant("hasselmann", &[]),
+    variant("mitsuyasu", &[]),
+    variant("donelan-banner", &[]),
+    variant(
+        "cosine-power",
+        &[required("exponent", Wide(Bare, Range::new(0.0, 1e4)))],
+    ),
+    variant(
+        "swell",
+        &[required("elongation", Wide(Bare, Range::new(0.0, 10.0)))],
+    ),
+];
+
+const CASCADE: &[Key] = &[required("period", Wide(Length, POSITIVE))];
+
+const OCEAN_FOAM: &[Key] = &[
+    optional("threshold", Wide(Bare, Range::new(-10.0, 1.0))),
+    optional("growth", Wide(Rate, Range::new(0.0, 1e3))),
+    optional("fade", Wide(Rate, Range::new(1e-3, 1e3))),
+];
+
+const SPLASH: &[Key] = &[
+    optional("droplets", Boolean),
+    optional("foam", Boolean),
+    optional("slope", Number(Bare, Range::new(1e-3, 100.0))),
+    optional("amount", Number(Bare, SHARE)),
+    optional("droplet_radius", Number(Length, Range::new(1e-6, 1e4))),
+    optional("foam_life", Number(Time, POSITIVE)),
+];
+
+const FRONT: &[Key] = &[
+    optional("time", TIME),
+    required("position", POINT),
+    required("direction", Number(Angle, TURN)),
+    required("width", POSITIVE_LENGTH),
+    optional("spread", Number(Angle, TURN)),
+    required("height", HEIGHT),
+    required("radius", POSITIVE_LENGTH),
 ];
 
 const ACCELERATION: Kind = Vector(3, Bare, Range::new(-1e4, 1e4));
@@ -364,6 +492,45 @@ const BOUNDARY: &[Key] = &[
     optional("x_max", EDGE),
     optional("z_min", EDGE),
     optional("z_max", EDGE),
+    optional("drive", TaggedTables(DRIVE)),
+];
+
+const EDGE_NAME: Kind = Choice(&["x_min", "x_max", "z_min", "z_max"]);
+
+const DRIVE: &[Variant] = &[
+    variant(
+        "series",
+        &[
+            required("edge", EDGE_NAME),
+            required("quantity", Choice(&["elevation", "discharge"])),
+            optional("file", File),
+            optional("points", Tables(POINT_IN_TIME)),
+        ],
+    ),
+    variant(
+        "sine",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("period", Number(Time, POSITIVE)),
+        ],
+    ),
+    variant(
+        "solitary",
+        &[
+            required("edge", EDGE_NAME),
+            required("height", NOT_NEGATIVE_LENGTH),
+            required("depth", POSITIVE_LENGTH),
+            required("time", TIME),
+        ],
+    ),
+];
+
+const NOT_NEGATIVE_LENGTH: Kind = Number(Length, NOT_NEGATIVE);
+
+const POINT_IN_TIME: &[Key] = &[
+    required("time", Wide(Time, ANYWHERE)),
+    required("value", Wide(Bare, ANYWHERE)),
 ];
 
 const OBJECT: &[Key] = &[
@@ -371,6 +538,8 @@ const OBJECT: &[Key] = &[
     required("shape", Tagged(SHAPE)),
     optional("position", POINT_3D),
     optional("rotation", Rotation),
+    optional("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
+    optional("spin", Vector(3, Rate, Range::new(-1e3, 1e3))),
     optional("density", Number(Density, Range::new(1e-3, 1e6))),
     optional("motion", Tagged(MOTION)),
     optional("color", COLOR),
@@ -469,6 +638,26 @@ const EVENT: &[Variant] = &[
         ],
     ),
     variant(
+        "drag",
+        &[
+            required("start", TIME),
+            required("end", TIME),
+            required("body", Text),
+            optional("grip", POINT_3D),
+            required("from", POINT_3D),
+            required("to", POINT_3D),
+        ],
+    ),
+    variant(
+        "shove",
+        &[
+            required("time", TIME),
+            required("body", Text),
+            required("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
+            optional("spin", Vector(3, Rate, Range::new(-1e3, 1e3))),
+        ],
+    ),
+    variant(
         "sweep",
         &[
             required("start", TIME),
@@ -477,6 +666,16 @@ const EVENT: &[Variant] = &[
             required("to", POINT),
             required("radius", POSITIVE_LENGTH),
             required("rate", Number(Speed, Range::new(-1e6, 1e6))),
+        ],
+    ),
+    variant(
+        "inflow",
+        &[
+            optional("start", TIME),
+            optional("end", TIME),
+            required("position", POINT),
+            required("radius", POSITIVE_LENGTH),
+            required("flow", Number(Flow, ANYWHERE)),
         ],
     ),
     variant(

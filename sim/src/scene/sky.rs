@@ -89,6 +89,27 @@ impl Fault for SkyError {
 
 display_fault!(SkyError);
 
+/// Most channels of a picture; a sky has three or four.
+const MOST_CHANNELS: usize = 16;
+
+/// Checks the sizes of what is stored before the decoder allocates it: its own limits look at the size of the picture
+/// that is shown, and what is stored may reach beyond.
+fn check_windows(bytes: &[u8]) -> Result<(), String> {
+    let data = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
+    let most = Panorama::MAX_HEIGHT as usize;
+    for header in &data.headers {
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        let channels = header.channels.list.len();
+        if width > 2 * most || height > most || channels > MOST_CHANNELS {
+            return Err(format!(
+                "it stores {channels} channels of {width} x {height} pixels; at most {MOST_CHANNELS} of {} x {most} are read",
+                2 * most
+            ));
+        }
+    }
+    Ok(())
+}
+
 impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
@@ -106,6 +127,7 @@ impl Panorama {
             file: file(),
             reason: e.to_string().chars().take(200).collect(),
         };
+        check_windows(&bytes).map_err(|reason| SkyError::Decode { file: file(), reason })?;
         let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::OpenExr);
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(2 * Self::MAX_HEIGHT);
@@ -193,6 +215,20 @@ mod tests {
         let (_dir, path) = save("s.exr", 8, 4, |x, y| [x as f32, y as f32, 0.5]);
         let sky = Panorama::load(&path).unwrap();
         assert_eq!(sky.pixels[3 + 8 * 2], Vec3::new(3.0, 2.0, 0.5));
+    }
+
+    /// The picture that is shown may be small and what is stored of it claim to be huge.
+    #[test]
+    fn a_huge_data_window_is_refused_before_it_is_allocated() {
+        let (_dir, path) = save("s.exr", 8, 4, |_, _| [1.0; 3]);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let name = b"dataWindow\0box2i\0";
+        let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+        // After the size of the attribute: the smallest x and y, then the largest.
+        bytes[at + 12..at + 16].copy_from_slice(&(1_i32 << 28).to_le_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let message = Panorama::load(&path).unwrap_err().to_string();
+        assert!(message.contains("this EXR picture cannot be read"), "{message}");
     }
 
     #[test]

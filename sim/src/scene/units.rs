@@ -15,6 +15,8 @@ pub(crate) enum Quantity {
     /// Events or decay a second.
     Rate,
     Volume,
+    /// Volume a second.
+    Flow,
     /// Attenuation and the like.
     PerLength,
     Density,
@@ -29,7 +31,8 @@ pub(crate) enum Quantity {
 }
 
 use Quantity::{
-    Angle, Area, Density, Exposure, Length, Mass, Number, PerLength, Rate, Roughness, Speed, Time, Volume,
+    Angle, Area, Density, Exposure, Flow, Length, Mass, Number, PerLength, Rate, Roughness, Speed, Time,
+    Volume,
 };
 
 /// Every unit: its name, what it measures, and its size in the unit that bare numbers have.
@@ -68,6 +71,9 @@ const UNITS: &[(&str, Quantity, f64)] = &[
     ("cm³", Volume, 1e-6),
     ("mm3", Volume, 1e-9),
     ("mm³", Volume, 1e-9),
+    ("m3/s", Flow, 1.0),
+    ("m³/s", Flow, 1.0),
+    ("l/s", Flow, 1e-3),
     ("1/m", PerLength, 1.0),
     ("1/cm", PerLength, 1e2),
     ("1/mm", PerLength, 1e3),
@@ -97,6 +103,7 @@ impl Quantity {
             Speed => "a speed",
             Rate => "a rate",
             Volume => "a volume",
+            Flow => "a flow",
             PerLength => "a coefficient per length",
             Density => "a density",
             Roughness => "a roughness",

@@ -1,9 +1,8 @@
 //! What the values of a scene have to do with each other.
 
 use super::description::{
-    Description, Edge, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
+    Description, Edge, EdgeName, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
 };
-use super::document::Origin;
 use super::report::Report;
 use crate::grid::{Grid, GridSpec};
 use glam::Vec2;
@@ -18,6 +17,7 @@ const MAX_OBJECTS: usize = 1000;
 /// Reports what can be told without any other file.
 pub(super) fn description(d: &Description, report: &mut Report) {
     edges(d, report);
+    drives(d, report);
     initial(d, report);
     if let Solver::Procedural(p) = &d.solver {
         waves(p, report);
@@ -54,6 +54,7 @@ pub(super) fn description(d: &Description, report: &mut Report) {
     }
     for (k, event) in d.events.iter().enumerate() {
         times(d, event, k, report);
+        acted_on(d, event, k, report);
     }
     let frames = d.duration * d.recording.rate;
     if frames > MAX_FRAMES && report.usable(&["duration", "recording.rate"]) {
@@ -85,6 +86,87 @@ fn edges(d: &Description, report: &mut Report) {
             };
             let message = format!("this edge is periodic, but {partner} is not");
             report.unusable(&key, message, "make both edges of an axis periodic or neither");
+        }
+    }
+}
+
+/// Edges that are driven, and how.
+fn drives(d: &Description, report: &mut Report) {
+    let b = &d.boundary;
+    let mut seen = Vec::new();
+    for (k, drive) in b.drives.iter().enumerate() {
+        let at = format!("boundary.drive.{k}");
+        if !report.usable(&[&at]) {
+            continue;
+        }
+        if !matches!(d.solver, Solver::ShallowWater(_)) && report.usable(&["solver"]) {
+            report.at(
+                &at,
+                "only shallow water can be driven at an edge",
+                "use solver.kind = \"shallow-water\", or remove the drive",
+            );
+        }
+        let edge = drive.edge();
+        let (name, behaviour) = match edge {
+            EdgeName::XMin => ("x_min", b.x_min),
+            EdgeName::XMax => ("x_max", b.x_max),
+            EdgeName::ZMin => ("z_min", b.z_min),
+            EdgeName::ZMax => ("z_max", b.z_max),
+        };
+        if behaviour == Edge::Periodic {
+            report.at(
+                &format!("{at}.edge"),
+                format!("{name} is periodic, so nothing can be driven there"),
+                "drive another edge, or make this one a wall",
+            );
+        }
+        if seen.contains(&edge) {
+            report.at(
+                &format!("{at}.edge"),
+                format!("{name} is driven twice"),
+                "keep one of the drives",
+            );
+        }
+        seen.push(edge);
+        let Some((file, points)) = drive.series() else {
+            continue;
+        };
+        if file.is_some() && !points.is_empty() {
+            report.at(
+                &format!("{at}.points"),
+                "the series is given by a file and by points",
+                "keep one of them",
+            );
+        }
+        if file.is_none() && points.is_empty() {
+            report.unusable(
+                &at,
+                "the drive has no time series",
+                "name a `file`, or list `points = [{ time = 0, value = 1 }]`",
+            );
+        }
+        for (n, pair) in points.windows(2).enumerate() {
+            if pair[1].time <= pair[0].time {
+                report.at(
+                    &format!("{at}.points.{}.time", n + 1),
+                    format!("{} s does not come after {} s", pair[1].time, pair[0].time),
+                    "put points in order of time",
+                );
+            }
+        }
+    }
+}
+
+/// Reports a time series that was to come from a file which was not read.
+pub(super) fn series_are_there(d: &Description, report: &mut Report) {
+    for (k, drive) in d.boundary.drives.iter().enumerate() {
+        let at = format!("boundary.drive.{k}");
+        if drive.series().is_some_and(|(_, points)| points.is_empty()) && report.usable(&[&at]) {
+            report.at(
+                &at,
+                "the time series is missing",
+                "give its points with the description",
+            );
         }
     }
 }
@@ -193,14 +275,30 @@ fn light(d: &Description, report: &mut Report) {
     }
 }
 
+fn acted_on(d: &Description, event: &Event, k: usize, report: &mut Report) {
+    let (Event::Drag { body, .. } | Event::Shove { body, .. }) = event else {
+        return;
+    };
+    let at = format!("event.{k}.body");
+    let free = |o: &Object| o.name == *body && o.motion == Motion::Free;
+    if !d.objects.iter().any(free) && report.usable(&["object", &at]) {
+        report.at(
+            &at,
+            format!("there is no free object \"{body}\""),
+            "name an object with motion = { kind = \"free\" }",
+        );
+    }
+}
+
 fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
     let at = |key: &str| format!("event.{k}.{key}");
     let (key, start, end) = match *event {
-        Event::Drop { time, .. } | Event::Press { time, .. } | Event::Push { time, .. } => {
-            ("time", time, None)
-        }
-        Event::Sweep { start, end, .. } => ("start", start, Some(end)),
-        Event::Rain { start, end, .. } => ("start", start, end),
+        Event::Drop { time, .. }
+        | Event::Press { time, .. }
+        | Event::Push { time, .. }
+        | Event::Shove { time, .. } => ("time", time, None),
+        Event::Sweep { start, end, .. } | Event::Drag { start, end, .. } => ("start", start, Some(end)),
+        Event::Rain { start, end, .. } | Event::Inflow { start, end, .. } => ("start", start, end),
     };
     if let Some(end) = end
         && end <= start
@@ -212,9 +310,7 @@ fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
             "write an end after the start",
         );
     }
-    // Whoever shortens a scene for a trial by `--set duration` need not take its later events out.
-    let shortened = matches!(report.origin("duration"), Some(Origin::Override(_)));
-    if start > d.duration && !shortened && report.usable(&["duration", &at(key)]) {
+    if start > d.duration && !report.allows_late_events() && report.usable(&["duration", &at(key)]) {
         let message = format!("{start} s is after the scene's duration of {} s", d.duration);
         report.at(&at(key), message, "move the event or lengthen `duration`");
     }
@@ -241,13 +337,14 @@ pub(super) fn places(d: &Description, grid: &GridSpec, report: &mut Report) {
         match *event {
             Event::Drop { position, radius, .. }
             | Event::Press { position, radius, .. }
-            | Event::Push { position, radius, .. } => {
+            | Event::Push { position, radius, .. }
+            | Event::Inflow { position, radius, .. } => {
                 check(&at, "position", position - radius, position + radius)
             }
             Event::Sweep { from, to, radius, .. } => {
                 check(&at, "from", from.min(to) - radius, from.max(to) + radius)
             }
-            Event::Rain { .. } => {}
+            Event::Rain { .. } | Event::Drag { .. } | Event::Shove { .. } => {}
         }
     }
 }

@@ -137,6 +137,8 @@ pub(crate) fn apply<E: Exchange + ?Sized>(
             radius,
             velocity,
         } => push(water, spec, position, radius, velocity),
+        // Bodies take these, see `floats`.
+        Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => Ok(()),
     }
 }
 

@@ -186,6 +186,19 @@ impl Setup {
     /// # Errors
     /// [`StepError`] if the run fails.
     pub fn run(mut self) -> Result<Outcome, CaseError> {
+        let (substeps, volume_drift) = self.advance()?;
+        Ok(Outcome {
+            volume_drift,
+            substeps,
+            ..self.measure()
+        })
+    }
+
+    /// Runs to the end: how many sub-steps that took, and the relative change of the water's volume.
+    ///
+    /// # Errors
+    /// [`StepError`] if the run fails.
+    pub fn advance(&mut self) -> Result<(u64, f64), StepError> {
         let before = self.solver.report().mass;
         let mut substeps = 0;
         while self.solver.time() < self.end * (1.0 - 1e-7) {
@@ -193,11 +206,7 @@ impl Setup {
             substeps += u64::from(self.solver.advance(left)?.substeps);
         }
         let after = self.solver.report().mass;
-        Ok(Outcome {
-            volume_drift: (after - before).abs() / before,
-            substeps,
-            ..self.measure()
-        })
+        Ok((substeps, (after - before).abs() / before))
     }
 
     /// Errors of the present state against the solution at the end.

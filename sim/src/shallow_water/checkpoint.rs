@@ -3,6 +3,7 @@
 use super::finite_volume::FiniteVolume;
 use super::real::Real;
 use super::settings::Precision;
+use super::splash::{Ledger, Splash};
 use super::storage::Quantum;
 use crate::grid::GridSpec;
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,94 @@ pub struct Checkpoint {
     pub momentum_x: Vec<f64>,
     /// Momentum per area along Z, m²/s, row-major.
     pub momentum_z: Vec<f64>,
+    /// Droplets and foam; absent where the solver makes none.
+    #[serde(default)]
+    pub splash: Option<SplashMemory>,
+    /// Bodies, if there are any that move.
+    #[cfg(feature = "bodies")]
+    #[serde(default)]
+    pub bodies: Option<crate::bodies::BodiesCheckpoint>,
+}
+
+/// Droplets and foam of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SplashMemory {
+    /// Centres of the droplets, m.
+    pub position: Vec<[f64; 3]>,
+    /// Their velocities, m/s.
+    pub velocity: Vec<[f64; 3]>,
+    /// Their volumes as depths over one cell, m.
+    pub height: Vec<f64>,
+    /// Their radii, m.
+    pub radius: Vec<f64>,
+    /// Water that landed but did not make a whole quantum, m over one cell.
+    pub carry: f64,
+    /// Sub-steps taken.
+    pub steps: u64,
+    /// The books, in the units of the run.
+    pub ledger: Ledger,
+    /// Time since foam was last carried along, s.
+    pub foam_pending: f64,
+    /// Coverage, row-major; empty without foam.
+    pub foam: Vec<f32>,
+}
+
+impl SplashMemory {
+    /// Whether `splash` can go on from it.
+    pub(crate) fn check(&self, splash: &Splash) -> Result<(), CheckpointError> {
+        let droplets = self.height.len();
+        for (what, found, expected) in [
+            ("droplet positions", self.position.len(), droplets),
+            ("droplet velocities", self.velocity.len(), droplets),
+            ("droplet radii", self.radius.len(), droplets),
+            ("foam", self.foam.len(), splash.foam_len()),
+        ] {
+            if found != expected {
+                return Err(CheckpointError::Length {
+                    what,
+                    expected,
+                    found,
+                });
+            }
+        }
+        let sound = |values: &[f64], least: f64| values.iter().position(|v| !(v.is_finite() && *v >= least));
+        for (what, values, least) in [
+            (
+                "droplet position",
+                self.position.as_flattened(),
+                f64::NEG_INFINITY,
+            ),
+            (
+                "droplet velocity",
+                self.velocity.as_flattened(),
+                f64::NEG_INFINITY,
+            ),
+            ("droplet volume", self.height.as_slice(), 0.0),
+            ("droplet radius", self.radius.as_slice(), 0.0),
+            (
+                "water between grid and droplets",
+                std::slice::from_ref(&self.carry),
+                f64::NEG_INFINITY,
+            ),
+            ("time of the foam", std::slice::from_ref(&self.foam_pending), 0.0),
+        ] {
+            if let Some(at) = sound(values, least) {
+                return Err(CheckpointError::Damaged {
+                    what,
+                    value: values[at],
+                    at,
+                });
+            }
+        }
+        match self.foam.iter().position(|c| !(0.0..=1.0).contains(c)) {
+            Some(at) => Err(CheckpointError::Damaged {
+                what: "foam",
+                value: f64::from(self.foam[at]),
+                at,
+            }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What a tile remembers of its last step.
@@ -57,6 +146,13 @@ pub enum CheckpointError {
         /// Precision of the checkpoint.
         found: &'static str,
     },
+    /// One of solver and checkpoint has droplets and foam, the other has not.
+    #[error("only one of checkpoint and solver has splashes; make the solver with the same settings")]
+    Splash,
+    /// Its bodies cannot be restored.
+    #[cfg(feature = "bodies")]
+    #[error(transparent)]
+    Bodies(#[from] crate::bodies::BodyError),
     /// A value cannot be part of a state.
     #[error("checkpoint: {what} is {value} at entry {at}, which no state holds; the file is damaged")]
     Damaged {
@@ -109,6 +205,9 @@ impl Checkpoint {
             depth: gather(&fields.h),
             momentum_x: gather(&fields.qx),
             momentum_z: gather(&fields.qz),
+            splash: None,
+            #[cfg(feature = "bodies")]
+            bodies: None,
         }
     }
 

@@ -1,22 +1,61 @@
 //! What happens at each edge of the domain.
 
 use super::settings::SetupError;
-use crate::scene::description::{self, Edge};
+use crate::scene::description::{self, Drive, Driven, Edge, EdgeName};
+use crate::solvers::GRAVITY;
 
-/// A value that changes in time: linear between its points, constant before the first and after the last.
+/// A value that changes in time: linear between points and constant before the first and after the last, or a wave.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    times: Vec<f64>,
-    values: Vec<f64>,
+pub struct Series(Signal);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Signal {
+    Points {
+        times: Vec<f64>,
+        values: Vec<f64>,
+    },
+    /// From time 0 on.
+    Sine {
+        mean: f64,
+        amplitude: f64,
+        period: f64,
+    },
+    /// The crest of a solitary wave; `rate` in 1/s.
+    Solitary {
+        mean: f64,
+        height: f64,
+        rate: f64,
+        time: f64,
+    },
 }
 
 impl Series {
     /// A value that never changes.
     pub fn constant(value: f64) -> Self {
-        Self {
+        Self(Signal::Points {
             times: vec![0.0],
             values: vec![value],
-        }
+        })
+    }
+
+    /// Regular waves of `height` m from trough to crest about `mean`, which begin at time 0.
+    pub fn sine(mean: f64, height: f64, period: f64) -> Self {
+        Self(Signal::Sine {
+            mean,
+            amplitude: 0.5 * height,
+            period,
+        })
+    }
+
+    /// The surface of a solitary wave of `height` m over still water of `depth` m, whose crest passes at `time` s:
+    /// η = H sech²(√(3H/4d³) c (t − t₀)), c = √(g (d + H)) (Boussinesq 1871; Goring 1978).
+    pub fn solitary(mean: f64, height: f64, depth: f64, time: f64) -> Self {
+        Self(Signal::Solitary {
+            mean,
+            height,
+            rate: (0.75 * height / depth.powi(3)).sqrt() * (GRAVITY * (depth + height)).sqrt(),
+            time,
+        })
     }
 
     /// Values at increasing times in seconds.
@@ -36,28 +75,46 @@ impl Series {
                 return error(at, "times must increase");
             }
         }
-        Ok(Self {
+        Ok(Self(Signal::Points {
             times: points.iter().map(|p| p[0]).collect(),
             values: points.iter().map(|p| p[1]).collect(),
-        })
+        }))
     }
 
     /// The value at `time` s.
     pub fn at(&self, time: f64) -> f64 {
-        let next = self.times.partition_point(|&t| t <= time);
+        let (times, values) = match &self.0 {
+            Signal::Points { times, values } => (times, values),
+            Signal::Sine {
+                mean,
+                amplitude,
+                period,
+            } => return mean + amplitude * (std::f64::consts::TAU * time.max(0.0) / period).sin(),
+            Signal::Solitary {
+                mean,
+                height,
+                rate,
+                time: crest,
+            } => return mean + height / (rate * (time - crest)).cosh().powi(2),
+        };
+        let next = times.partition_point(|&t| t <= time);
         if next == 0 {
-            return self.values[0];
+            return values[0];
         }
-        if next == self.times.len() {
-            return self.values[next - 1];
+        if next == times.len() {
+            return values[next - 1];
         }
-        let (t0, t1) = (self.times[next - 1], self.times[next]);
+        let (t0, t1) = (times[next - 1], times[next]);
         let f = (time - t0) / (t1 - t0);
-        self.values[next - 1] * (1.0 - f) + self.values[next] * f
+        values[next - 1] * (1.0 - f) + values[next] * f
     }
 
     fn largest(&self) -> f64 {
-        self.values.iter().fold(0.0, |a, v| a.max(v.abs()))
+        match &self.0 {
+            Signal::Points { values, .. } => values.iter().fold(0.0, |a, v| a.max(v.abs())),
+            Signal::Sine { mean, amplitude, .. } => mean.abs() + amplitude.abs(),
+            Signal::Solitary { mean, height, .. } => mean.abs() + height.abs(),
+        }
     }
 }
 
@@ -155,6 +212,45 @@ impl From<&description::Boundary> for Edges {
             z_min: boundary.z_min.into(),
             z_max: boundary.z_max.into(),
         }
+    }
+}
+
+impl Edges {
+    /// The edges of a scene whose water stands at `level` m.
+    ///
+    /// # Errors
+    /// [`SetupError::Series`] if a time series cannot be used.
+    pub(crate) fn of_scene(boundary: &description::Boundary, level: f64) -> Result<Self, SetupError> {
+        let mut edges = Self::from(boundary);
+        for drive in &boundary.drives {
+            let series = |points: &[description::SeriesPoint]| {
+                Series::new(&points.iter().map(|p| [p.time, p.value]).collect::<Vec<_>>())
+            };
+            let condition = match drive {
+                Drive::Series { quantity, points, .. } => match quantity {
+                    Driven::Elevation => Condition::Elevation(series(points)?),
+                    Driven::Discharge => Condition::Discharge(series(points)?),
+                },
+                Drive::Sine { height, period, .. } => {
+                    Condition::Elevation(Series::sine(level, f64::from(*height), f64::from(*period)))
+                }
+                Drive::Solitary {
+                    height, depth, time, ..
+                } => Condition::Elevation(Series::solitary(
+                    level,
+                    f64::from(*height),
+                    f64::from(*depth),
+                    *time,
+                )),
+            };
+            *match drive.edge() {
+                EdgeName::XMin => &mut edges.x_min,
+                EdgeName::XMax => &mut edges.x_max,
+                EdgeName::ZMin => &mut edges.z_min,
+                EdgeName::ZMax => &mut edges.z_max,
+            } = condition;
+        }
+        Ok(edges)
     }
 }
 

@@ -18,7 +18,6 @@ pub(crate) trait Exchange {
     fn depth(&self, i: usize, j: usize) -> f64;
 
     /// Height of the bed above datum, m.
-    #[allow(dead_code, reason = "what stands in the water or falls onto it needs it")]
     fn bed(&self, i: usize, j: usize) -> f64;
 
     /// Depth times velocity along X and Z, m²/s.

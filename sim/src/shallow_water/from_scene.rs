@@ -1,7 +1,9 @@
 //! The solver of a scene.
 
+use super::edges::Edges;
 use super::settings::{DEFAULT_COURANT, Initial, Precision, Settings, SetupError, position};
 use super::solver::ShallowWater;
+use super::splash::SplashSettings;
 use crate::scene::Scene;
 use crate::scene::description::{self, ShallowWaterScheme};
 use crate::solvers::{BuildError, name_of};
@@ -24,14 +26,36 @@ impl ShallowWater {
             manning: f64::from(parameters.manning),
             courant: parameters.courant.map_or(DEFAULT_COURANT, f64::from),
             film_depth: parameters.film_depth.map(f64::from),
-            edges: (&scene.description.boundary).into(),
+            edges: Edges::of_scene(
+                &scene.description.boundary,
+                f64::from(scene.description.water.level),
+            )
+            .map_err(in_scene)?,
             level: Some(f64::from(scene.description.water.level)),
+            splash: parameters.splash.as_ref().map(|s| SplashSettings {
+                slope: f64::from(s.slope),
+                amount: f64::from(s.amount),
+                droplet_radius: s.droplet_radius.map(f64::from),
+                max_droplets: if s.droplets {
+                    SplashSettings::default().max_droplets
+                } else {
+                    0
+                },
+                foam_life: s.foam.then_some(f64::from(s.foam_life)),
+                seed: scene.description.seed,
+            }),
             ..Settings::default()
         };
         match parameters.scheme {
             ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => {}
         }
-        Self::new(scene.grid, &initial, settings).map_err(in_scene)
+        #[allow(unused_mut, reason = "only bodies change it")]
+        let mut solver = Self::new(scene.grid, &initial, settings).map_err(in_scene)?;
+        #[cfg(feature = "bodies")]
+        solver
+            .add_bodies(scene)
+            .map_err(|e| BuildError::Bodies(e.to_string()))?;
+        Ok(solver)
     }
 }
 
@@ -112,4 +136,97 @@ fn in_scene(error: SetupError) -> BuildError {
         SetupError::HalfPeriodic { .. } | SetupError::Series { .. } => "boundary",
     };
     BuildError::impossible(key, error.to_string(), "correct it in the scene file")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::description::{Drive, SeriesPoint};
+    use crate::solver::Solver;
+    use std::path::Path;
+
+    const FLUME: &str = "name = 'flume'\ndomain.size = [20.0, 1.0]\n\
+        terrain = { kind = 'flat', height = -0.5 }\n\
+        solver = { kind = 'shallow-water', spacing = 0.1 }\n";
+
+    fn flume(folder: &Path, drive: &str) -> Result<Scene, crate::scene::SceneError> {
+        let text = format!("{FLUME}boundary = {{ x_max = 'open', drive = [{drive}] }}\n");
+        Scene::from_toml(&text, Path::new("flume.toml"), folder, &[])
+    }
+
+    #[test]
+    fn a_series_from_a_file_stands_in_the_scene_and_drives_the_edge() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(
+            folder.path().join("gauge.csv"),
+            "time_s,elevation_m\n0,0\n10,0.02\n",
+        )
+        .unwrap();
+        let drive = "{ kind = 'series', edge = 'x_min', quantity = 'elevation', file = 'gauge.csv' }";
+        let scene = flume(folder.path(), drive).unwrap();
+        let Drive::Series { file, points, .. } = &scene.description.boundary.drives[0] else {
+            panic!("{:?}", scene.description.boundary);
+        };
+        assert!(file.is_none());
+        assert_eq!(
+            points[1],
+            SeriesPoint {
+                time: 10.0,
+                value: 0.02
+            }
+        );
+        let mut solver = ShallowWater::from_scene(&scene).unwrap();
+        for _ in 0..100 {
+            solver.advance(0.1).unwrap();
+        }
+        // Long waves follow the edge: what stood there a moment ago stands in the first cell.
+        let near = solver.elevation_at(0, 5);
+        assert!((near - 0.02).abs() < 5e-4, "{near}");
+        // The same scene from its parts, without the file.
+        let again = Scene::from_parts(
+            scene.description.clone(),
+            scene.terrain.clone(),
+            Vec::new(),
+            None,
+            None,
+        );
+        assert_eq!(again.unwrap().description, scene.description);
+        // Mistakes name file and line.
+        std::fs::write(
+            folder.path().join("gauge.csv"),
+            "time_s,elevation_m\n0,0\nten,0.02\n",
+        )
+        .unwrap();
+        let error = flume(folder.path(), drive).unwrap_err();
+        assert!(
+            error.problems[0].file.ends_with("gauge.csv") && error.problems[0].line == Some(3),
+            "{error}"
+        );
+        for bad in [
+            "{ kind = 'series', edge = 'x_min', quantity = 'elevation', file = 'none.csv' }",
+            "{ kind = 'series', edge = 'x_min', quantity = 'elevation' }",
+            "{ kind = 'sine', edge = 'x_min', height = 0.1, period = 2 }, { kind = 'sine', edge = 'x_min', height = 0.1, period = 2 }",
+        ] {
+            assert!(flume(folder.path(), bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn the_wave_maker_makes_a_wave_of_its_height_and_speed() {
+        let drive = "{ kind = 'solitary', edge = 'x_min', height = 0.01, depth = 0.5, time = 6 }";
+        let scene = flume(Path::new(""), drive).unwrap();
+        let mut solver = ShallowWater::from_scene(&scene).unwrap();
+        let (mut highest, mut when) = (0.0, 0.0);
+        for _ in 0..400 {
+            solver.advance(0.025).unwrap();
+            let here = solver.elevation_at(50, 5);
+            if here > highest {
+                (highest, when) = (here, solver.time());
+            }
+        }
+        // The crest runs 5.05 m from the edge at u + c = 3√(g(d + H)) − 2√(g d).
+        let crest = 3.0 * (9.81_f64 * 0.51).sqrt() - 2.0 * (9.81_f64 * 0.5).sqrt();
+        assert!((highest - 0.01).abs() < 3e-4, "{highest}");
+        assert!((when - (6.0 + 5.05 / crest)).abs() < 0.06, "{when}");
+    }
 }

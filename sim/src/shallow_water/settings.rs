@@ -1,6 +1,7 @@
 //! What the solver is told: parameters, edges and the initial state, and why they may be refused.
 
 use super::edges::Edges;
+use super::splash::SplashSettings;
 use crate::grid::{GridError, GridSpec};
 
 /// Largest Courant number that the unsplit scheme is run at.
@@ -35,6 +36,8 @@ pub struct Settings {
     /// Elevation of still water above datum in metres, to which potential energy is relative; default: the surface
     /// over the deepest initial water.
     pub level: Option<f64>,
+    /// Droplets and foam; absent: none, and nothing is spent on them.
+    pub splash: Option<SplashSettings>,
     /// Most sub-steps that one call of `advance` may take.
     pub max_substeps: u64,
 }
@@ -48,6 +51,7 @@ impl Default for Settings {
             film_depth: None,
             edges: Edges::default(),
             level: None,
+            splash: None,
             max_substeps: 1_000_000,
         }
     }
@@ -209,6 +213,9 @@ impl Settings {
         }
         if let Some(level) = self.level {
             parameter("level", level, level.abs() <= HEIGHT_LIMIT, "within ±1e6 m")?;
+        }
+        if let Some(splash) = &self.splash {
+            splash.check()?;
         }
         self.edges.check()
     }

@@ -3,14 +3,20 @@
 use super::actions;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
+use super::floats::Floats;
 use super::real::Real;
 use super::settings::{Initial, Precision, Settings, SetupError};
+use super::splash::{Ledger, Splash};
 use super::storage::{self, Layout};
 use super::totals::{self, Totals};
+#[cfg(feature = "bodies")]
+use crate::bodies::{Bodies, BodyError};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
-use crate::solver::{Solver, StepError, StepReport};
+#[cfg(feature = "bodies")]
+use crate::scene::Scene;
+use crate::solver::{Extra, Solver, StepError, StepReport};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -45,12 +51,14 @@ pub struct ShallowWater {
     spec: GridSpec,
     settings: Settings,
     ground: Grid<f32>,
-    core: Core,
+    pub(super) core: Core,
+    pub(super) splash: Option<Splash>,
     /// Still water above datum, m.
-    level: f64,
+    pub(super) level: f64,
     time: f64,
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
+    floats: Floats,
 }
 
 impl ShallowWater {
@@ -69,13 +77,34 @@ impl ShallowWater {
         };
         Ok(Self {
             spec,
+            splash: settings
+                .splash
+                .clone()
+                .map(|splash| Splash::new(&spec, &settings.edges, splash)),
             level: settings.level.unwrap_or_else(|| each!(&core, c => c.base())),
             settings,
             ground,
             core,
             time: 0.0,
             speed: None,
+            floats: Floats::default(),
         })
+    }
+
+    /// Puts the moving objects of a scene into the water, which is taken to be level around them.
+    ///
+    /// # Errors
+    /// [`BodyError`] if an object is no solid, or starts where it cannot be.
+    #[cfg(feature = "bodies")]
+    pub fn add_bodies(&mut self, scene: &Scene) -> Result<(), BodyError> {
+        self.floats = each!(&mut self.core, c => Floats::from_scene(scene, c, &self.spec))?;
+        Ok(())
+    }
+
+    /// The moving objects, if there are any.
+    #[cfg(feature = "bodies")]
+    pub fn bodies(&self) -> Option<&Bodies> {
+        self.floats.get()
     }
 
     /// What the solver was told.
@@ -113,9 +142,20 @@ impl ShallowWater {
         each!(&self.core, c => c.film())
     }
 
+    /// What droplets took out of the water or brought into it from elsewhere; all 0 without splashes.
+    pub fn ledger(&self) -> Ledger {
+        self.splash.as_ref().map(Splash::ledger).unwrap_or_default()
+    }
+
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed))
+        let mut checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        checkpoint.splash = self.splash.as_ref().map(Splash::memory);
+        #[cfg(feature = "bodies")]
+        {
+            checkpoint.bodies = self.floats.checkpoint();
+        }
+        checkpoint
     }
 
     /// Continues from a checkpoint of a solver with the same settings: bit-identical to a run without interruption.
@@ -123,7 +163,17 @@ impl ShallowWater {
     /// # Errors
     /// [`CheckpointError`] if the checkpoint is of another grid or precision or damaged; the state is then unchanged.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        match (&self.splash, &checkpoint.splash) {
+            (Some(splash), Some(memory)) => memory.check(splash)?,
+            (None, None) => {}
+            _ => return Err(CheckpointError::Splash),
+        }
         each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        #[cfg(feature = "bodies")]
+        self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
+        if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
+            splash.resume(memory);
+        }
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
         Ok(())
@@ -135,7 +185,14 @@ impl ShallowWater {
 
     fn totals(&self) -> Totals {
         let (level, area) = (self.level, self.spec.cell_area());
-        each!(&self.core, c => totals::totals(c, level - c.base(), area))
+        let mut totals = each!(&self.core, c => totals::totals(c, level - c.base(), area));
+        if let Some(splash) = &self.splash {
+            let held = splash.held(level);
+            totals.mass += held.mass;
+            totals.momentum = std::array::from_fn(|a| totals.momentum[a] + held.momentum[a]);
+            totals.energy += held.energy;
+        }
+        totals
     }
 
     fn state_report(&self, speed: f64) -> StepReport {
@@ -143,9 +200,9 @@ impl ShallowWater {
         StepReport {
             substeps: 0,
             largest_stable_step: self.stable_step(speed),
-            mass: totals.mass,
+            mass: totals.mass - self.floats.displaced_mass(self.spec.cell_area()),
             momentum: totals.momentum,
-            energy: totals.energy,
+            energy: totals.energy + self.floats.energy(self.level),
             courant: 0.0,
             froude: totals.froude,
             clamps: 0,
@@ -224,16 +281,30 @@ impl Solver for ShallowWater {
     }
 
     fn offers(&self) -> Channels {
-        Channels::DEPTH | Channels::VELOCITY
+        let mut channels = Channels::DEPTH | Channels::VELOCITY;
+        if let Some(splash) = &self.splash {
+            if splash.has_droplets() {
+                channels |= Channels::DROPLETS;
+            }
+            if splash.has_foam() {
+                channels |= Channels::FOAM;
+            }
+        }
+        if self.floats.poses().is_some() {
+            channels |= Channels::BODIES;
+        }
+        channels
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
         StepError::check_step(dt)?;
         let (start, dt) = (self.time, f64::from(dt));
+        let clamped_bodies = self.floats.clamps();
         let (spacing, courant) = (self.spacing(), self.settings.courant);
         let mut done = 0.0;
         let mut substeps = 0_u64;
         let mut largest = 0.0_f64;
+        let mut clamps = 0_u64;
         let mut speed = match self.speed {
             Some(speed) => speed,
             None => each!(&mut self.core, c => c.probe(start)),
@@ -241,7 +312,8 @@ impl Solver for ShallowWater {
         let mut retries = 0;
         while done < dt {
             let left = dt - done;
-            let needed = (left / self.stable_step(speed)).ceil().max(1.0);
+            let longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
+            let needed = (left / longest).ceil().max(1.0);
             if !(substeps as f64 + needed <= self.settings.max_substeps as f64) {
                 self.speed = None;
                 return Err(StepError::TooManySubsteps {
@@ -254,12 +326,22 @@ impl Solver for ShallowWater {
             let step = left / needed;
             match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
                 Ok(stepped) => {
+                    let (time, spec) = (self.time, self.spec);
+                    each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
+                        .map_err(StepError::from)?;
                     speed = stepped.speed;
                     largest = largest.max(speed * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
                     self.time = start + done;
                     substeps += 1;
                     retries = 0;
+                    if let Some(splash) = &mut self.splash {
+                        let level = self.level;
+                        clamps += each!(&mut self.core, c => {
+                            let film = c.film();
+                            splash.step(c, film, level, step)
+                        });
+                    }
                 }
                 Err(Refusal::TooFast(faster)) if retries < RETRIES => {
                     speed = faster;
@@ -275,6 +357,7 @@ impl Solver for ShallowWater {
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
+            clamps: clamps + self.floats.clamps() - clamped_bodies,
             ..self.state_report(speed)
         })
     }
@@ -283,9 +366,28 @@ impl Solver for ShallowWater {
         out.prepare(self.spec, want & self.offers());
         out.time = self.time;
         each!(&self.core, c => extract(c, &self.ground, out));
+        if let Some(splash) = &self.splash {
+            if let Some(droplets) = &mut out.droplets {
+                splash.show_droplets(droplets);
+            }
+            if let Some(foam) = &mut out.foam {
+                splash.show_foam(foam);
+            }
+        }
+        if out.bodies.is_some() {
+            out.bodies = self.floats.poses();
+        }
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
+        action.check()?;
+        if action.is_on_body() {
+            return self.floats.apply(action).unwrap_or(Err(EventError::Unsupported {
+                solver: "shallow-water",
+                action: action.name(),
+                remedy: "give the scene an object that moves freely, and build with the Cargo feature `bodies`",
+            }));
+        }
         self.speed = None;
         each!(&mut self.core, c => actions::apply(c, &self.spec, action))
     }
@@ -299,7 +401,19 @@ impl Solver for ShallowWater {
 
     fn bytes(&self) -> u64 {
         let core = each!(&self.core, c => c.bytes());
-        (core + self.spec.len() * size_of::<f32>()) as u64
+        let splash = self.splash.as_ref().map_or(0, Splash::bytes);
+        (core + splash + self.spec.len() * size_of::<f32>()) as u64
+    }
+
+    fn extras(&self) -> Vec<Extra> {
+        match self.floats.poses() {
+            Some(poses) => vec![Extra {
+                name: "bodies",
+                reason: format!("{} objects, at least one of which moves", poses.len()),
+                bytes: self.floats.bytes(),
+            }],
+            None => Vec::new(),
+        }
     }
 }
 

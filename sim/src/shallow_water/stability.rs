@@ -1,5 +1,5 @@
 //! Hard cases, each of which must end stable, sub-stepped or refused with a clear error: the table of
-//! `docs/numerics-shallow-water.md`.
+//! `docs/numerics-shallow-water.md`, which `cargo run --release -p meniscus-sim --example hard_cases` prints.
 
 use super::edges::{Condition, Edges};
 use super::settings::{Initial, Precision, Settings, SetupError};
@@ -21,11 +21,25 @@ pub enum Verdict {
     Broken(String),
 }
 
+impl Verdict {
+    /// In one word, without the numbers.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::SubStepped(_) => "sub-stepped",
+            Self::Refused(_) => "refused",
+            Self::Broken(_) => "**broken**",
+        }
+    }
+}
+
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// What was tried.
     pub case: String,
+    /// Name of the scheme.
+    pub scheme: &'static str,
     /// Number type.
     pub precision: Precision,
     /// How it ended.
@@ -50,15 +64,56 @@ struct Trial {
     closed: bool,
 }
 
-/// Runs every case in both precisions.
+/// The schemes that are tried. A new one joins the table by a line here.
+fn schemes() -> Vec<(&'static str, Settings)> {
+    vec![("finite-volume", Settings::default())]
+}
+
+/// Runs every case with every scheme in both precisions.
 pub fn table() -> Vec<Row> {
     let mut rows = Vec::new();
-    for precision in [Precision::Single, Precision::Double] {
-        for trial in trials(precision) {
-            rows.push(run(trial, precision));
+    for (scheme, settings) in schemes() {
+        for precision in [Precision::Single, Precision::Double] {
+            let settings = Settings {
+                precision,
+                ..settings.clone()
+            };
+            let run = |trial| run(trial, scheme, precision);
+            rows.extend(trials(&settings).into_iter().map(run));
         }
     }
     rows
+}
+
+/// The table in Markdown: a line a case, a column a scheme and number type.
+pub fn markdown(rows: &[Row]) -> String {
+    let column = |row: &Row| match row.precision {
+        Precision::Single => format!("{}, f32", row.scheme),
+        Precision::Double => format!("{}, f64", row.scheme),
+    };
+    let (mut cases, mut columns) = (Vec::new(), Vec::new());
+    for row in rows {
+        if !cases.contains(&row.case) {
+            cases.push(row.case.clone());
+        }
+        if !columns.contains(&column(row)) {
+            columns.push(column(row));
+        }
+    }
+    let mut text = format!(
+        "| case | {} |\n|{}\n",
+        columns.join(" | "),
+        "---|".repeat(columns.len() + 1)
+    );
+    for case in cases {
+        let cell = |name: &String| {
+            let row = rows.iter().find(|row| row.case == case && column(row) == *name);
+            row.map_or("", |row| row.verdict.word())
+        };
+        let cells: Vec<&str> = columns.iter().map(cell).collect();
+        text.push_str(&format!("| {case} | {} |\n", cells.join(" | ")));
+    }
+    text
 }
 
 const SIDE: u32 = 48;
@@ -73,12 +128,8 @@ fn fall(height: f64) -> f64 {
     2.0 * (crate::solvers::GRAVITY * height).sqrt()
 }
 
-fn trials(precision: Precision) -> Vec<Trial> {
+fn trials(settings: &Settings) -> Vec<Trial> {
     let Some(spec) = grid(1.0) else { return Vec::new() };
-    let settings = Settings {
-        precision,
-        ..Settings::default()
-    };
     let trial = |case: String, initial: Initial, bound: f64| Trial {
         case,
         spec,
@@ -199,7 +250,7 @@ fn trials(precision: Precision) -> Vec<Trial> {
 }
 
 /// Runs a trial and looks for anything that no state may be.
-fn run(trial: Trial, precision: Precision) -> Row {
+fn run(trial: Trial, scheme: &'static str, precision: Precision) -> Row {
     let bound = trial.bound;
     let mut fastest = 0.0;
     let case = trial.case.clone();
@@ -215,6 +266,7 @@ fn run(trial: Trial, precision: Precision) -> Row {
     };
     Row {
         case,
+        scheme,
         precision,
         verdict,
         fastest,

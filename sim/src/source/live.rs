@@ -26,6 +26,10 @@ pub struct LiveSource {
     /// What ended the run: the state after it must not be used.
     failed: Option<SourceError>,
     pending: Vec<(f64, Action)>,
+    /// What was sent live, with the time of the frame after which it was.
+    acted: Vec<(f64, Action)>,
+    /// What is to be sent again, in order of time, the next one last.
+    again: Vec<(f64, Action)>,
 }
 
 impl LiveSource {
@@ -43,7 +47,21 @@ impl LiveSource {
             end: None,
             failed: None,
             pending: Vec::new(),
+            acted: Vec::new(),
+            again: Vec::new(),
         }
+    }
+
+    /// Sends again what [`Self::acted`] gave of another run of the same scene, which this one then repeats exactly.
+    #[must_use]
+    pub fn repeating(mut self, acted: &[(f64, Action)]) -> Self {
+        self.again = acted.iter().rev().cloned().collect();
+        self
+    }
+
+    /// What was sent by [`Self::act`] and when, in order of time.
+    pub fn acted(&self) -> &[(f64, Action)] {
+        &self.acted
     }
 
     /// Ends after the last frame whose time is at most `duration` seconds.
@@ -84,7 +102,10 @@ impl LiveSource {
     /// # Errors
     /// [`EventError`] if the solver cannot do such a thing; the state is then unchanged.
     pub fn act(&mut self, action: &Action) -> Result<(), EventError> {
-        self.solver.apply(action)
+        self.solver.apply(action)?;
+        let latest = self.next.saturating_sub(1) as f64 / self.rate;
+        self.acted.push((latest, action.clone()));
+        Ok(())
     }
 
     /// Steps the solver to `time`, adding what it did to `total`.
@@ -103,6 +124,9 @@ impl LiveSource {
 
     /// Brings the solver to `time`, the scene's events included.
     fn run_to(&mut self, time: f64) -> Result<StepReport, SourceError> {
+        while let Some((_, action)) = self.again.pop_if(|(moment, _)| *moment < time) {
+            self.act(&action)?;
+        }
         let mut actions = std::mem::take(&mut self.pending);
         actions.clear();
         self.schedule.take_until(time, &mut actions);

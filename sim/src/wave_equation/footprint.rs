@@ -19,7 +19,7 @@ pub(super) fn pierced(scene: &Scene) -> Result<Vec<bool>, BuildError> {
             Motion::Path { .. } => continue,
             Motion::Free => {
                 return Err(BuildError::impossible(
-                    format!("object `{}`: motion", object.name),
+                    format!("object.{number}.motion"),
                     "this solver cannot float bodies",
                     "use motion kind \"fixed\" or \"path\"",
                 ));
@@ -46,7 +46,7 @@ pub(super) fn pierced(scene: &Scene) -> Result<Vec<bool>, BuildError> {
             Shape::Model { .. } => {
                 let mesh = scene.meshes.get(number).ok_or_else(|| {
                     BuildError::impossible(
-                        format!("object `{}`", object.name),
+                        format!("object.{number}.shape"),
                         "its geometry is not loaded",
                         "load the scene with `Scene::load`",
                     )
@@ -160,6 +160,8 @@ mod tests {
             shape,
             position,
             rotation: Quat::from_rotation_y(0.3),
+            velocity: glam::Vec3::ZERO,
+            spin: glam::Vec3::ZERO,
             density: 2600.0,
             motion: Motion::Fixed,
             color: None,

@@ -331,6 +331,13 @@ impl Solver for WaveEquation {
                 self.stamp.bump(spec, *wrap, position, radius, is_wet);
                 return self.push(velocity);
             }
+            Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => {
+                return Err(EventError::Unsupported {
+                    solver: self.name(),
+                    action: action.name(),
+                    remedy: "choose a solver with bodies, such as `shallow-water`",
+                });
+            }
         }
         self.lift(action)
     }
@@ -374,7 +381,7 @@ impl WaveEquation {
         let (quantity, value) = match *action {
             Action::Drop { volume, .. } => ("volume", volume),
             Action::Press { depth, .. } => ("depth", depth),
-            Action::Push { .. } => return Ok(()),
+            _ => return Ok(()),
         };
         // A wrapping stamp may meet a sample more than once; each meeting is far below the limit of f32.
         let most = self

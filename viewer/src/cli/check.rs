@@ -78,7 +78,7 @@ pub(super) fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let path = &args.scene.scene;
     let result = input::scene(path, &args.scene.overrides.set)
         .and_then(|scene| examine(&scene, console))
-        .map_err(|failure| failure.in_scene(path));
+        .map_err(|failure| failure.in_scene(path, &args.scene.overrides.set));
     if args.json {
         console.json(&Report::new(path, &result))?;
     }

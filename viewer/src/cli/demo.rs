@@ -69,6 +69,8 @@ pub(super) fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             at: Some(time),
             size: ImageSize(STILL_SIZE),
             spp: STILL_SAMPLES,
+            noise: None,
+            time_limit: None,
             ..picture(&recording, &args.out.join(file), camera)
         };
         pictures.push(draw(&still, console, interrupt)?);
@@ -115,6 +117,8 @@ fn picture(recording: &Path, out: &Path, camera: &str) -> RenderArgs {
         size: ImageSize(STILL_SIZE),
         camera: Some(camera.to_owned()),
         spp: 1,
+        noise: None,
+        time_limit: None,
         speed: 1.0,
         exposure: None,
         out: out.to_owned(),

@@ -1,6 +1,6 @@
 //! How a command ends when it does not succeed, and the exit code that says so.
 
-use meniscus_sim::scene::{Problem, SceneError};
+use meniscus_sim::scene::SceneError;
 use meniscus_sim::solvers::BuildError;
 use std::fmt;
 use std::path::Path;
@@ -36,9 +36,10 @@ impl Failure {
         Self::Run(anyhow::anyhow!("{message}"))
     }
 
-    /// A scene for which no solver can be built has a problem in its file; every other failure stays as it is.
+    /// A scene for which no solver can be built has a problem in its file, or in an override; every other failure stays
+    /// as it is.
     #[must_use]
-    pub(crate) fn in_scene(self, file: &Path) -> Self {
+    pub(crate) fn in_scene(self, file: &Path, overrides: &[String]) -> Self {
         let (key, message, remedy) = match self {
             Self::Solver(BuildError::Impossible { key, message, remedy }) => (key, message, remedy),
             // These say what would be right in their messages.
@@ -48,15 +49,7 @@ impl Failure {
             Self::Solver(error) => ("solver.kind".to_owned(), error.to_string(), String::new()),
             other => return other,
         };
-        Self::Scene(SceneError {
-            problems: vec![Problem {
-                file: file.to_owned(),
-                line: None,
-                key,
-                message,
-                remedy,
-            }],
-        })
+        Self::Scene(SceneError::of_key(file, overrides, &key, &message, &remedy))
     }
 
     /// The exit code that goes with this ending.

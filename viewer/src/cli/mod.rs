@@ -24,6 +24,7 @@ mod memory;
 mod picture;
 mod plan;
 mod progress;
+mod progressive;
 mod record;
 mod render;
 mod study;

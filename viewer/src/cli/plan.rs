@@ -86,7 +86,8 @@ struct Plan {
 pub(super) fn run(args: &PlanArgs, console: &Console) -> Result<(), Failure> {
     let renderer = live::renderer(&args.renderer)?;
     let scene = input::scene(&args.scene.scene, &args.scene.overrides.set)?;
-    let solver = live::solver(&scene).map_err(|failure| failure.in_scene(&args.scene.scene))?;
+    let solver = live::solver(&scene)
+        .map_err(|failure| failure.in_scene(&args.scene.scene, &args.scene.overrides.set))?;
 
     let mut items = scene_items(&scene);
     items.push((
@@ -98,6 +99,15 @@ pub(super) fn run(args: &PlanArgs, console: &Console) -> Result<(), Failure> {
             bytes: solver.bytes(),
         },
     ));
+    items.extend(solver.extras().into_iter().map(|extra| {
+        let item = Item {
+            part: Part::Solver,
+            name: extra.name.into(),
+            reason: extra.reason,
+            bytes: extra.bytes,
+        };
+        (true, item)
+    }));
     items.extend(channel_items(&scene, solver.as_ref(), renderer.as_ref()));
     items.extend(renderer.plan(&scene, args.size.0).into_iter().map(|item| {
         let planned = Item {

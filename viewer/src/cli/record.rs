@@ -84,7 +84,7 @@ pub(super) fn run(args: &RecordArgs, console: &Console) -> Result<(), Failure> {
     claim::differs(&args.out, &args.scene.scene)?;
     let scene = input::scene(&args.scene.scene, &overrides)?;
     let recorded = record_scene(&scene, &args.out, console, interrupt)
-        .map_err(|failure| failure.in_scene(&args.scene.scene))?;
+        .map_err(|failure| failure.in_scene(&args.scene.scene, &overrides))?;
     if args.json {
         console.json(&recorded)
     } else {

@@ -12,6 +12,7 @@ use super::interrupt::Interrupt;
 use super::live;
 use super::memory;
 use super::picture::{PictureFormat, PictureKind, Pictures};
+use super::progressive::{self, Goal};
 use clap::Args;
 use meniscus_render_cpu::camera;
 use meniscus_sim::Frame;
@@ -19,6 +20,7 @@ use meniscus_sim::render::{Image, RenderError, Renderer, View};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What `meniscus help render` says first.
 pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
@@ -33,6 +35,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
 #[command(after_help = "Examples:\n  \
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
+        meniscus render run.mrec --at 1.5 --renderer path --noise 0.02 --time-limit 60 -o truth.exr\n  \
         meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr")]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
@@ -59,6 +62,12 @@ pub struct RenderArgs {
     /// Samples a pixel
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub spp: u32,
+    /// Draw passes of --spp samples until the noise is at most this share of the picture's mean (renderers with noise)
+    #[arg(long, value_name = "SHARE", value_parser = positive)]
+    pub noise: Option<f64>,
+    /// Draw passes of --spp samples for so many seconds a picture (renderers with noise)
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub time_limit: Option<f64>,
     /// Play an animation this many times faster than the water moves
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub speed: f64,
@@ -96,8 +105,10 @@ pub struct Rendered {
     pub renderer: &'static str,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Samples a pixel; of the last picture where their number was left open.
     pub samples: u32,
+    /// Estimated noise of the last picture relative to its mean, where its samples were left open.
+    pub noise: Option<f64>,
     /// The pictures, in order.
     pub pictures: Vec<Drawn>,
     /// Numbers of damaged frames that were left out.
@@ -140,6 +151,7 @@ struct Job<'a> {
     view: View,
     wanted: Range<u64>,
     format: PictureFormat,
+    goal: Option<Goal>,
 }
 
 impl<'a> Job<'a> {
@@ -149,8 +161,8 @@ impl<'a> Job<'a> {
         input: Input,
         renderer: Box<dyn Renderer>,
     ) -> Result<Self, Failure> {
-        let frames =
-            Frames::new(input, renderer.as_ref()).map_err(|failure| failure.in_scene(&args.input))?;
+        let frames = Frames::new(input, renderer.as_ref())
+            .map_err(|failure| failure.in_scene(&args.input, &args.overrides.set))?;
         let scene = frames.scene();
         let camera = args.camera.as_deref();
         let size = args.size;
@@ -177,6 +189,17 @@ impl<'a> Job<'a> {
                 all.end - 1..all.end
             }
         };
+        let goal = (args.noise.is_some() || args.time_limit.is_some()).then(|| Goal {
+            noise: args.noise,
+            limit: args.time_limit.map(Duration::from_secs_f64),
+        });
+        if goal.is_some() && !renderer.is_random() {
+            return Err(Failure::input(format_args!(
+                "renderer `{}` has no noise that passes would lessen; leave out --noise and --time-limit, or choose \
+                 --renderer path",
+                renderer.name()
+            )));
+        }
         let format = PictureFormat {
             kind,
             size: args.size.0,
@@ -190,6 +213,7 @@ impl<'a> Job<'a> {
             view,
             wanted,
             format,
+            goal,
         })
     }
 
@@ -208,6 +232,7 @@ impl<'a> Job<'a> {
             renderer: self.renderer.name(),
             size: self.view.size.to_array(),
             samples: self.view.samples,
+            noise: None,
             pictures: Vec::new(),
             skipped: Vec::new(),
             rays: 0,
@@ -269,10 +294,18 @@ impl<'a> Job<'a> {
                 !interrupt.pressed()
             };
             let scene = self.frames.scene();
-            let report = match self
-                .renderer
-                .render(scene, &frame, &self.view, &mut image, &advance)
-            {
+            let renderer = self.renderer.as_mut();
+            let drawn = match self.goal {
+                Some(goal) => progressive::draw(
+                    renderer, scene, &frame, &self.view, goal, &mut image, &advance,
+                )
+                .map(|(report, reached)| {
+                    (rendered.samples, rendered.noise) = (reached.samples, reached.noise);
+                    report
+                }),
+                None => renderer.render(scene, &frame, &self.view, &mut image, &advance),
+            };
+            let report = match drawn {
                 Ok(report) => report,
                 Err(RenderError::Interrupted) => return Err(stopped()),
                 Err(error) => return Err(Failure::Run(error.into())),
@@ -326,8 +359,12 @@ impl Rendered {
             }
         };
         format!(
-            "{what}; {width} x {height} pixels, {} a pixel, renderer {}; {}",
+            "{what}; {width} x {height} pixels, {} a pixel{}, renderer {}; {}",
             format::count(u64::from(self.samples), "sample"),
+            self.noise.map_or_else(String::new, |noise| format!(
+                ", noise {}",
+                format::three_digits(noise)
+            )),
             self.renderer,
             self.cost.text()
         )

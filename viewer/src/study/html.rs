@@ -92,7 +92,7 @@ fn write_study(html: &mut String, study: &StudyReport) {
         escape(study.title)
     );
     for paragraph in study.about.split("\n\n") {
-        let _ = writeln!(html, "<p>{}</p>", escape(paragraph));
+        let _ = writeln!(html, "<p>{}</p>", prose(paragraph));
     }
     if study.interrupted {
         html.push_str(
@@ -108,7 +108,7 @@ fn write_study(html: &mut String, study: &StudyReport) {
             html,
             "<h3>Case: {}</h3>\n<p>{}</p>",
             escape(case.name),
-            escape(&case.truth)
+            prose(&case.truth)
         );
         write_figures(html, study, Some(index));
         let runs: Vec<&Measured> = study
@@ -190,6 +190,17 @@ fn write_table(html: &mut String, resolution: &str, runs: &[&Measured]) {
         }
     }
     html.push_str("</tbody>\n</table>\n</div>\n</details>\n");
+}
+
+/// Text with names between backticks.
+fn prose(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    parts
+        .map(|(n, part)| match n % 2 {
+            1 => format!("<code>{}</code>", escape(part)),
+            _ => escape(part),
+        })
+        .collect()
 }
 
 fn write_row(html: &mut String, row: &Row, cpu_median: Option<f64>) {

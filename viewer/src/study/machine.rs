@@ -33,6 +33,7 @@ impl Machine {
             ("wave-equation", cfg!(feature = "wave-equation")),
             ("procedural", cfg!(feature = "procedural")),
             ("shallow-water", cfg!(feature = "shallow-water")),
+            ("wave-particles", cfg!(feature = "wave-particles")),
             ("export", cfg!(feature = "export")),
             ("gpu", cfg!(feature = "gpu")),
         ];

@@ -6,6 +6,8 @@
 //!
 //! To add a study, write one file with an implementation of [`Study`] and its expectations, and name it in [`all`].
 
+#[cfg(all(feature = "bodies", feature = "shallow-water"))]
+mod bodies;
 pub mod case;
 pub mod expectation;
 mod figures;
@@ -13,6 +15,8 @@ mod html;
 pub mod machine;
 mod march;
 pub mod measure;
+#[cfg(feature = "ocean")]
+mod ocean;
 pub mod plot;
 mod raycast;
 mod recording;
@@ -22,11 +26,16 @@ mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+mod shallow_water;
 #[cfg(feature = "sph")]
 mod sph;
 mod stability;
+#[cfg(test)]
+mod subset;
 mod truth;
 mod wave_equation;
+#[cfg(feature = "wave-particles")]
+mod wave_particles;
 
 pub use case::{Against, Case, Curves, Outcome, Run, Study};
 pub use expectation::{Expectations, Verdict};
@@ -127,12 +136,19 @@ impl StudyOutcome {
 /// Every study there is.
 pub fn all() -> Vec<&'static dyn Study> {
     vec![
+        #[cfg(all(feature = "bodies", feature = "shallow-water"))]
+        &bodies::BodiesStudy,
         &wave_equation::WaveEquationStudy,
+        &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
         #[cfg(feature = "sph")]
         &sph::SphStudy,
         &stability::StabilityStudy,
+        #[cfg(feature = "ocean")]
+        &ocean::OceanStudy,
+        #[cfg(feature = "wave-particles")]
+        &wave_particles::WaveParticlesStudy,
     ]
 }
 
@@ -174,6 +190,9 @@ pub fn run_with(
     }
     if options.out.is_none() && !options.json && !options.check {
         return Err(StudyError::NoOutput.into());
+    }
+    if let Some(dir) = &options.out {
+        report::prepare(dir)?;
     }
     let mut reports = Vec::new();
     for study in chosen {

@@ -85,7 +85,13 @@ impl StudyReport {
     }
 }
 
-/// Writes everything into `dir`, making it where needed, and tells the files.
+/// Makes the directory for the results, before the work: it may take minutes.
+pub(crate) fn prepare(dir: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(dir)
+        .with_context(|| format!("{}: cannot make this directory for the results", dir.display()))
+}
+
+/// Writes everything into `dir`, which is there, and tells the files.
 pub(crate) fn write(
     dir: &Path,
     command: &str,
@@ -93,8 +99,6 @@ pub(crate) fn write(
     quick: bool,
     studies: &[StudyReport],
 ) -> anyhow::Result<Vec<PathBuf>> {
-    fs::create_dir_all(dir)
-        .with_context(|| format!("{}: cannot make this directory for the results", dir.display()))?;
     let rows: Vec<Row> = studies.iter().flat_map(|s| s.rows().cloned()).collect();
     let page = Page {
         command,

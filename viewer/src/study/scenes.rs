@@ -22,6 +22,7 @@ impl Edges {
             Self::Periodic => Edge::Periodic,
         };
         Boundary {
+            drives: Vec::new(),
             x_min: edge,
             x_max: edge,
             z_min: edge,

@@ -113,10 +113,12 @@ enum Method {
 }
 
 impl Method {
-    const ALL: [Self; 4] = [
+    const ALL: [Self; 6] = [
         Self::Explicit,
         Self::ExplicitFixed,
         Self::Implicit,
+        Self::ImplicitDamped,
+        Self::ShallowWater,
         Self::Procedural,
     ];
     /// What can be tried with any basin of water.
@@ -376,6 +378,7 @@ impl Situation {
                 manning: 0.0,
                 courant: None,
                 film_depth: None,
+                splash: None,
             });
         }
         if let Choice::WaveEquation(parameters) = &mut scene.description.solver {

@@ -224,8 +224,77 @@ fn a_step_above_the_stability_limit_is_refused() {
     every_scene_command_refuses(
         &altered("spacing = 0.0625", "spacing = 0.0625\nstep = 0.09"),
         "scene.toml",
-        &["scene.toml: solver.step:", "0.09", "limit of 2.82", "implicit"],
+        &["scene.toml:18: solver.step:", "0.09", "limit of 2.82", "implicit"],
     );
+}
+
+/// What only the solver finds wrong is told with file and line of its key, as everything else is.
+#[test]
+fn problems_of_every_solver_are_told_with_their_line() {
+    let still = SCENE
+        .replace(
+            r#"initial = { kind = "disturbance", position = [1.0, 1.0], radius = 0.2, height = 0.03 }"#,
+            r#"initial = { kind = "still" }"#,
+        )
+        .replace(
+            "kind = \"wave-equation\"\nspacing = 0.0625",
+            "kind = \"procedural\"\nspacing = 0.0625",
+        );
+    let waves = |first: &str, second: &str| {
+        let list = format!(
+            "\n\n[[solver.wave]]\namplitude = 0.05\nwavelength = {first}\n\n\
+             [[solver.wave]]\namplitude = {second}\nwavelength = 1.0\nsteepness = 1.0\n"
+        );
+        still.replace("spacing = 0.0625", &format!("spacing = 0.0625{list}"))
+    };
+    let shallow = SCENE.replace("\"wave-equation\"", "\"shallow-water\"");
+    let bodiless = shallow.replace("[terrain]\nkind = \"flat\"\nheight = -0.25\n", "");
+    for (name, scene, parts) in [
+        (
+            "a wave too short for the grid",
+            waves("0.1", "0.01"),
+            &["scene.toml:21: solver.wave.0.wavelength:", "0.1"][..],
+        ),
+        (
+            "waves that fold over",
+            waves("2.0", "0.2"),
+            &["solver.wave:", "steepness"],
+        ),
+        (
+            "waves that start from something",
+            SCENE.replace("\"wave-equation\"", "\"procedural\""),
+            &["scene.toml:9: water.initial:", "procedural"],
+        ),
+        (
+            "shallow water without ground",
+            bodiless,
+            &["scene.toml:13: solver.kind:", "ground"],
+        ),
+    ] {
+        let folder = Folder::new();
+        folder.write("scene.toml", scene);
+        println!("{name}");
+        every_scene_command_refuses(&folder, "scene.toml", &[&["scene.toml:"], parts].concat());
+    }
+}
+
+/// A value that came from the command line has no line; its override is named instead.
+#[test]
+fn problems_of_a_solver_name_the_override_that_made_them() {
+    let folder = Folder::with_scene();
+    for command in SCENE_COMMANDS {
+        let mut args = with_input(command, "scene.toml");
+        args.extend(["--set", "solver.step=0.09"]);
+        refuses(
+            &folder,
+            &args,
+            &[
+                "scene.toml: solver.step:",
+                "limit of 2.82",
+                "`--set solver.step=0.09`",
+            ],
+        );
+    }
 }
 
 #[test]

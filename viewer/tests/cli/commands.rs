@@ -276,6 +276,27 @@ fn every_export_format_writes_something() {
     }
 }
 
+/// Whoever shortens a scene for a trial need not take its later events out: neither to run it nor to record it.
+#[test]
+fn a_scene_is_recorded_shorter_than_its_events_last() {
+    let folder = Folder::new();
+    let drop = "[[event]]\nkind = \"drop\"\ntime = 0.4\nposition = [1.0, 1.0]\nradius = 0.2\nvolume = 1e-4\n";
+    folder.write("scene.toml", format!("{SCENE}\n{drop}"));
+    let record = ["record", "scene.toml", "--duration", "0.2", "-o", "run.mrec"];
+    folder.run(record).exits(0);
+    let info = folder.run(["info", "run.mrec", "--json"]).exits(0).json();
+    assert_eq!(info["frames"], 3);
+    // In a scene file it is a mistake.
+    folder.write(
+        "short.toml",
+        format!("{}\n{drop}", SCENE.replace("duration = 0.5", "duration = 0.2")),
+    );
+    folder
+        .run(["check", "short.toml"])
+        .exits(2)
+        .error_says(&["short.toml:", "event.0.time", "duration"]);
+}
+
 #[test]
 fn the_window_comes_later_and_says_so() {
     let folder = Folder::with_recording();

@@ -9,6 +9,8 @@
 mod bad_input;
 mod commands;
 mod documentation;
+#[cfg(unix)]
+mod outputs;
 mod pictures;
 #[cfg(unix)]
 mod stops;

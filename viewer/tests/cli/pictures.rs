@@ -210,3 +210,45 @@ fn a_scene_without_cameras_is_drawn_too() {
     folder.write("scene.toml", format!("{before}[recording]{after}"));
     render(&folder, &["scene.toml", "--at", "0", "-o", "out.png"]);
 }
+
+#[test]
+fn a_picture_with_noise_is_drawn_until_it_is_quiet() {
+    let folder = Folder::with_recording();
+    let drawn = |noise: &str| {
+        render(
+            &folder,
+            &[
+                "run.mrec",
+                "--renderer",
+                "path",
+                "--noise",
+                noise,
+                "--time-limit",
+                "30",
+                "-o",
+                "quiet.png",
+            ],
+        )
+    };
+    let (coarse, fine) = (drawn("0.2"), drawn("0.05"));
+    let of = |value: &Value| {
+        (
+            value["noise"].as_f64().unwrap(),
+            value["samples"].as_u64().unwrap(),
+        )
+    };
+    assert!(of(&coarse).0 <= 0.2 && of(&fine).0 <= 0.05, "{coarse} {fine}");
+    assert!(of(&fine).1 > of(&coarse).1);
+    assert!(!folder.read("quiet.png").is_empty());
+}
+
+#[test]
+fn a_renderer_without_noise_refuses_to_draw_until_it_is_quiet() {
+    let folder = Folder::with_recording();
+    for option in ["--noise", "--time-limit"] {
+        folder
+            .run(["render", "run.mrec", option, "1", "-o", "out.png"])
+            .exits(2)
+            .error_says(&["--renderer path"]);
+    }
+}

@@ -59,17 +59,29 @@ fn a_closed_standard_error_does_not_stop_the_work() {
 #[cfg(target_os = "linux")]
 fn a_full_standard_output_is_an_error() {
     let folder = Folder::with_recording();
-    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
-    let mut command = folder.command(["info", "run.mrec"]);
-    let child = command
-        .stdout(Stdio::from(full))
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    Running(child)
-        .end()
-        .exits(1)
-        .error_says(&["standard output", "No space left"]);
+    let more: [&[&str]; 4] = [
+        &["record", "scene.toml", "-o", "again.mrec"],
+        &["render", "run.mrec", "--size", "16x9", "-o", "out.png", "--json"],
+        &["export", "run.mrec", "--format", "npz", "-o", "out.npz"],
+        &["study", "--list"],
+    ];
+    // Help and version are written by the parser of the command line.
+    let results = RESULTS
+        .into_iter()
+        .filter(|args| args.len() > 1 || args[0] == "renderers");
+    for args in results.filter(|args| args[0] != "help").chain(more) {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut command = folder.command(args);
+        let child = command
+            .stdout(Stdio::from(full))
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Running(child)
+            .end()
+            .exits(1)
+            .error_says(&["standard output", "No space left"]);
+    }
 }
 
 /// A run of many hours.

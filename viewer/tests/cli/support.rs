@@ -258,6 +258,37 @@ pub fn wait_for_length(path: &Path, length: u64) {
     });
 }
 
+/// A small file system that is unmounted again.
+#[cfg(unix)]
+pub struct Small<'a>(&'a Path);
+
+#[cfg(unix)]
+impl<'a> Small<'a> {
+    /// `None` where this user may not mount.
+    pub fn mount(path: &'a Path, size: &str) -> Option<Self> {
+        std::fs::create_dir(path).unwrap();
+        let options = format!("size={size}");
+        let mut mount = Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(path);
+        mount
+            .output()
+            .is_ok_and(|output| output.status.success())
+            .then_some(Self(path))
+    }
+}
+
+#[cfg(unix)]
+impl Drop for Small<'_> {
+    fn drop(&mut self) {
+        let unmounted = Command::new("umount").arg(self.0).status();
+        assert!(
+            unmounted.is_ok_and(|status| status.success()),
+            "{} stays mounted",
+            self.0.display()
+        );
+    }
+}
+
 /// CRC-32 as in ZIP and PNG, bit by bit.
 pub fn crc32(bytes: &[u8]) -> u32 {
     let shift = |crc: u32| (crc >> 1) ^ (0xedb8_8320 * (crc & 1));

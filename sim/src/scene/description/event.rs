@@ -1,6 +1,6 @@
 //! The tables `[[event]]`: what acts on the water, and when.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Something that acts on the water at a time.
@@ -40,6 +40,34 @@ pub enum Event {
         /// Change of velocity at the centre in m/s.
         velocity: Vec2,
     },
+    /// A hand that holds a free object and pulls it along a line, then lets go.
+    Drag {
+        /// First moment, seconds.
+        start: f64,
+        /// Last moment, seconds.
+        end: f64,
+        /// Name of the object.
+        body: String,
+        /// Where the hand holds it, in the object's axes, metres.
+        #[serde(default)]
+        grip: Vec3,
+        /// Where the hand begins, metres.
+        from: Vec3,
+        /// Where it ends, metres.
+        to: Vec3,
+    },
+    /// A sudden push of a free object.
+    Shove {
+        /// Seconds.
+        time: f64,
+        /// Name of the object.
+        body: String,
+        /// Change of its velocity in m/s.
+        velocity: Vec3,
+        /// Change of its angular velocity in rad/s, world axes.
+        #[serde(default)]
+        spin: Vec3,
+    },
     /// A depression that travels from one point to another, pressing as it goes (a boat's path, a gust).
     Sweep {
         /// First moment, seconds.
@@ -54,6 +82,21 @@ pub enum Event {
         radius: f32,
         /// Rate at which the surface is pressed down at the centre, m/s.
         rate: f32,
+    },
+    /// A spring or a river's mouth: water flows in at a steady rate.
+    Inflow {
+        /// First moment, seconds.
+        #[serde(default)]
+        start: f64,
+        /// Last moment, seconds; default: to the end.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        end: Option<f64>,
+        /// Centre in metres.
+        position: Vec2,
+        /// Radius in metres.
+        radius: f32,
+        /// Flow in m³/s; negative drains.
+        flow: f32,
     },
     /// Rain: drops at random places and times.
     Rain {

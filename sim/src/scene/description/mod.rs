@@ -5,8 +5,10 @@ mod boundary;
 mod camera;
 mod event;
 mod ground;
+mod layer;
 mod light;
 mod object;
+mod ocean;
 mod procedural;
 mod seed_text;
 mod shallow_water;
@@ -14,19 +16,23 @@ mod solver;
 mod sph;
 mod water;
 mod wave_equation;
+mod wave_particles;
 
-pub use boundary::{Boundary, Edge};
+pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
 pub use event::Event;
 pub use ground::{Coordinates, GroundLook, Terrain};
+pub use layer::{Detail, Layer};
 pub use light::{Light, Sky, Sun};
 pub use object::{Motion, Object, Shape, WayPoint};
+pub use ocean::{Cascade, Ocean, OceanFoam, Sea, Spectrum, Spreading};
 pub use procedural::{Procedural, Wave};
-pub use shallow_water::{ShallowWater, ShallowWaterScheme};
+pub use shallow_water::{ShallowWater, ShallowWaterScheme, Splash};
 pub use solver::Solver;
 pub use sph::{Drain, Emitter, Sph, SphDroplets, SphModel, SphSurface, SphWalls, Tilt, Vessel};
 pub use water::{Initial, Water};
 pub use wave_equation::{WaveEquation, WaveScheme};
+pub use wave_particles::{AmplitudeLaw, WaveFront, WaveParticles};
 
 use glam::Vec2;
 use serde::{Deserialize, Serialize, Serializer};
@@ -58,6 +64,12 @@ pub struct Description {
     pub ground: GroundLook,
     /// The method and its parameters.
     pub solver: Solver,
+    /// Waves of other methods over the solver's water.
+    #[serde(default, rename = "layer", skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// Small waves and wrinkles over the water; absent: none, at no cost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detail: Option<Detail>,
     /// What happens at the edges of the domain.
     #[serde(default)]
     pub boundary: Boundary,

@@ -19,6 +19,12 @@ pub struct Object {
     /// Rotation as a unit quaternion `[x, y, z, w]`.
     #[serde(default)]
     pub rotation: Quat,
+    /// Velocity in m/s with which a free object starts: thrown in.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub velocity: Vec3,
+    /// Angular velocity in rad/s with which a free object starts, world axes.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spin: Vec3,
     /// Density in kg/m³; used by solvers that move bodies.
     #[serde(default = "default_density")]
     pub density: f32,
@@ -28,6 +34,10 @@ pub struct Object {
     /// Linear base colour, 0 to 1; default: the model's, else grey.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub color: Option<Vec3>,
+}
+
+fn is_zero(v: &Vec3) -> bool {
+    *v == Vec3::ZERO
 }
 
 fn default_density() -> f32 {

@@ -20,6 +20,41 @@ pub struct ShallowWater {
     /// Depth in metres below which water is treated as a film; default: 1e-5 of the largest depth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film_depth: Option<f32>,
+    /// Droplets thrown by breaking waves, and foam; absent: neither is computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splash: Option<Splash>,
+}
+
+/// Droplets and foam of breaking waves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Splash {
+    /// Whether breaking waves throw droplets.
+    pub droplets: bool,
+    /// Whether there is foam.
+    pub foam: bool,
+    /// Slope of the surface above which a running front breaks.
+    pub slope: f32,
+    /// Share of the water that rises in a breaking front which leaves as droplets.
+    pub amount: f32,
+    /// Mean radius of a droplet in metres; default: a tenth of the spacing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub droplet_radius: Option<f32>,
+    /// Time in which foam fades to 1/e, seconds.
+    pub foam_life: f32,
+}
+
+impl Default for Splash {
+    fn default() -> Self {
+        Self {
+            droplets: true,
+            foam: true,
+            slope: 0.36,
+            amount: 0.05,
+            droplet_radius: None,
+            foam_life: 4.0,
+        }
+    }
 }
 
 /// Discretisation of the shallow-water equations.

@@ -1,6 +1,6 @@
 //! The table `[solver]`: which method moves the water.
 
-use super::{Procedural, ShallowWater, Sph, WaveEquation};
+use super::{Ocean, Procedural, ShallowWater, Sph, WaveEquation, WaveParticles};
 use serde::{Deserialize, Serialize};
 
 /// The method that moves the water.
@@ -13,6 +13,10 @@ pub enum Solver {
     Procedural(Procedural),
     /// Shallow-water equations.
     ShallowWater(ShallowWater),
+    /// Sums of many waves of measured spectra with random phases.
+    Ocean(Ocean),
+    /// Wave particles.
+    WaveParticles(WaveParticles),
     /// Water in a tank as particles.
     Sph(Sph),
 }
@@ -24,6 +28,8 @@ impl Solver {
             Self::WaveEquation(s) => s.spacing,
             Self::Procedural(s) => s.spacing,
             Self::ShallowWater(s) => s.spacing,
+            Self::Ocean(s) => s.spacing,
+            Self::WaveParticles(s) => s.spacing,
             Self::Sph(s) => s.spacing,
         }
     }

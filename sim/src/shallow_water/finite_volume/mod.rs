@@ -1,7 +1,7 @@
 //! Well-balanced MUSCL-Hancock finite volumes: the grid in tiles, tiles in bands, bands over threads.
 
 mod exchange;
-mod kernels;
+pub(crate) mod kernels;
 mod tile;
 
 use super::boundary::Boundary;
@@ -14,8 +14,9 @@ use kernels::{Constants, flag};
 use rayon::prelude::*;
 use tile::{Extent, HALO, Outcome, Scratch, Sink, Source, TILE_WIDTH};
 
-/// Rows of a band, which one thread steps at a time.
-const BAND: usize = 32;
+/// Rows of a band, which one thread steps at a time: each band reconstructs four rows and computes two rows of faces
+/// more than it keeps.
+const BAND: usize = 64;
 
 /// A tile's memory of its last step.
 #[derive(Clone, Copy, Debug)]

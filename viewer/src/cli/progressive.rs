@@ -1,0 +1,132 @@
+//! Drawing one picture in passes until its noise is small enough or its time is over.
+
+use meniscus_sim::glam::{DVec3, Vec3};
+use meniscus_sim::render::{Image, RenderError, RenderReport, Renderer, View};
+use meniscus_sim::{Frame, Scene};
+use std::time::{Duration, Instant};
+
+/// Most samples a pixel, all passes together.
+const MOST_SAMPLES: u32 = 1 << 20;
+/// Fewest passes from which noise is estimated.
+const FEWEST_PASSES: u32 = 4;
+
+/// When a picture is good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Goal {
+    /// Noise to reach, relative to the picture's mean; `None` for no such end.
+    pub(crate) noise: Option<f64>,
+    /// Time after which no pass is begun; `None` for no such end.
+    pub(crate) limit: Option<Duration>,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reached {
+    /// Samples a pixel.
+    pub(crate) samples: u32,
+    /// Estimated noise of the picture: root mean square over pixels and colours of the standard error, over the picture's
+    /// mean. `None` after too few passes to tell.
+    pub(crate) noise: Option<f64>,
+}
+
+/// Running mean and squared deviation of every pixel over the passes (Welford 1962).
+struct Passes {
+    count: u32,
+    mean: Vec<DVec3>,
+    square: Vec<DVec3>,
+}
+
+impl Passes {
+    fn add(&mut self, image: &Image) {
+        self.count += 1;
+        let n = f64::from(self.count);
+        self.mean.resize(image.pixels.len(), DVec3::ZERO);
+        self.square.resize(image.pixels.len(), DVec3::ZERO);
+        for ((mean, square), pixel) in self.mean.iter_mut().zip(&mut self.square).zip(&image.pixels) {
+            let off = pixel.as_dvec3() - *mean;
+            *mean += off / n;
+            *square += off * (pixel.as_dvec3() - *mean);
+        }
+    }
+
+    fn noise(&self) -> Option<f64> {
+        if self.count < FEWEST_PASSES {
+            return None;
+        }
+        let values = 3.0 * self.mean.len() as f64;
+        let mean = self.mean.iter().map(|m| m.element_sum()).sum::<f64>() / values;
+        let square = self.square.iter().map(|s| s.element_sum()).sum::<f64>() / values;
+        let n = f64::from(self.count);
+        Some((square / (n * (n - 1.0))).sqrt() / mean.abs().max(f64::MIN_POSITIVE))
+    }
+
+    fn write(&self, image: &mut Image) {
+        for (pixel, mean) in image.pixels.iter_mut().zip(&self.mean) {
+            *pixel = Vec3::new(mean.x as f32, mean.y as f32, mean.z as f32);
+        }
+    }
+}
+
+/// Draws passes of `view.samples` each into `image` until the goal is reached. `advance` hears the share done and may
+/// interrupt a pass.
+///
+/// # Errors
+/// As [`Renderer::render`].
+pub(crate) fn draw(
+    renderer: &mut dyn Renderer,
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    goal: Goal,
+    image: &mut Image,
+    advance: &(dyn Fn(f32) -> bool + Sync),
+) -> Result<(RenderReport, Reached), RenderError> {
+    let start = Instant::now();
+    let mut passes = Passes {
+        count: 0,
+        mean: Vec::new(),
+        square: Vec::new(),
+    };
+    let mut report = RenderReport::default();
+    let mut view = view.clone();
+    loop {
+        view.pass = passes.count;
+        let noise = passes.noise();
+        let done = |pass: f32| -> f32 {
+            let passed = goal
+                .limit
+                .map(|limit| start.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9));
+            // The square of the noise falls with the number of passes.
+            let quiet = goal.noise.map(|wanted| {
+                let passes = f64::from(view.pass) + f64::from(pass);
+                match noise {
+                    Some(noise) => {
+                        passes
+                            / (f64::from(view.pass) * (noise / wanted).powi(2)).max(f64::from(FEWEST_PASSES))
+                    }
+                    None => 0.0,
+                }
+            });
+            passed.into_iter().chain(quiet).fold(0.0, f64::max).min(0.999) as f32
+        };
+        let part = renderer.render(scene, frame, &view, image, &|share| advance(done(share)))?;
+        report.rays += part.rays;
+        for (name, seconds) in part.stages {
+            match report.stages.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, total)) => *total += seconds,
+                None => report.stages.push((name, seconds)),
+            }
+        }
+        passes.add(image);
+        let noise = passes.noise();
+        let quiet = goal
+            .noise
+            .is_some_and(|wanted| noise.is_some_and(|noise| noise <= wanted));
+        let late = goal.limit.is_some_and(|limit| start.elapsed() >= limit);
+        let samples = passes.count.saturating_mul(view.samples);
+        if quiet || late || samples >= MOST_SAMPLES {
+            passes.write(image);
+            return Ok((report, Reached { samples, noise }));
+        }
+    }
+}
