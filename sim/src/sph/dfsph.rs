@@ -97,7 +97,7 @@ fn accelerations(
 }
 
 /// Solves for the pressures that keep `work.source` + `gain` · (rate of density change of their accelerations) ≤ 0, and
-/// leaves their accelerations. Returns the iterations taken and the mean of what is left above 0.
+/// leaves their accelerations. Returns the iterations taken and the mean of what is left: above 0, or on either side where there is pressure.
 fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f64) {
     let n = fluid.len() as f64;
     let work = &mut fluid.work;
@@ -122,7 +122,13 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
                 let residual = source[near.i] + gain * rate;
                 let change = RELAXATION * residual * inverse[near.i] / gain;
                 let p = before[near.i];
-                ((p + change).max(0.0), f64::from(residual.max(0.0)))
+                // Too much pressure is as wrong as too little, where there is any.
+                let wrong = if p > 0.0 {
+                    residual.abs()
+                } else {
+                    residual.max(0.0)
+                };
+                ((p + change).max(0.0), f64::from(wrong))
             });
         iterations += 1;
         let mean = left / n;

@@ -60,7 +60,7 @@ impl Settings {
             courant: 0.4,
             step: f32::INFINITY,
             density_tolerance: 1e-4,
-            divergence_tolerance: 1e-3,
+            divergence_tolerance: 1e-4,
         }
     }
 
