@@ -1,4 +1,4 @@
-//! Divergence-free SPH: two pressure systems, one for velocities that would compress and one for what is compressed.
+//! Divergence-free SPH: two pressure systems, one for the rate of compression and one for the compression.
 //!
 //! Bender & Koschier 2015, 2017. With particles of equal volume V, g_ij = V ∇W(x_i − x_j) and G_i the gradient of the
 //! share that boundaries fill, a pressure over density p gives the acceleration
@@ -23,6 +23,11 @@ const MOST: u32 = 200;
 /// Largest share of compression that one step removes: particles put inside each other move apart instead of
 /// exploding.
 const GENTLE: f32 = 0.1;
+/// Density ratio below which a particle is spray: it is not kept free of divergence, since with half of its neighbours
+/// missing that would hold drops together (Bender & Koschier 2017, section 3.2).
+const SPRAY: f32 = 0.75;
+/// Source of a particle that takes no part.
+const IDLE: f32 = -1e9;
 /// Smallest diagonal of the system, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
 
@@ -97,7 +102,7 @@ fn accelerations(
 }
 
 /// Solves for the pressures that keep `work.source` + `gain` · (rate of density change of their accelerations) ≤ 0, and
-/// leaves their accelerations. Returns the iterations taken and the mean of what is left: above 0, or on either side where there is pressure.
+/// leaves their accelerations. Returns the iterations taken and the mean of what is left above 0.
 fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f64) {
     let n = fluid.len() as f64;
     let work = &mut fluid.work;
@@ -122,13 +127,7 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
                 let residual = source[near.i] + gain * rate;
                 let change = RELAXATION * residual * inverse[near.i] / gain;
                 let p = before[near.i];
-                // Too much pressure is as wrong as too little, where there is any.
-                let wrong = if p > 0.0 {
-                    residual.abs()
-                } else {
-                    residual.max(0.0)
-                };
-                ((p + change).max(0.0), f64::from(wrong))
+                ((p + change).max(0.0), f64::from(residual.max(0.0)))
             });
         iterations += 1;
         let mean = left / n;
@@ -153,28 +152,30 @@ fn accelerate(fluid: &mut Fluid, dt: f32) {
         .for_each(|(v, a)| *v += dt * *a);
 }
 
-/// Takes from the velocities what would compress the water: beyond rest density where there is room to it, at all where
-/// there is none.
-pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
+/// Makes the velocities free of compression.
+pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32) -> Stepped {
     let density = std::mem::take(&mut fluid.work.density);
-    compression_rates(fluid, |i, rate| rate + (density[i] - 1.0).min(0.0) / dt);
+    compression_rates(fluid, |i, rate| if density[i] < SPRAY { IDLE } else { rate });
     fluid.work.density = density;
     let tolerance = fluid.settings.divergence_tolerance / f64::from(dt);
     let (iterations, divergence) = solve(fluid, Which::Divergence, dt, tolerance);
     accelerate(fluid, dt);
-    stepped.iterations[1] = iterations;
-    stepped.divergence = divergence;
-    stepped.stalled |= iterations == MOST;
+    Stepped {
+        iterations: [0, iterations],
+        divergence,
+        stalled: iterations == MOST,
+        ..Stepped::default()
+    }
 }
 
-/// Finds in `work.acceleration`, times dt², the displacements after which no particle is denser than at rest. Velocities
-/// stay: what rounding and finite steps have compressed parts again without becoming motion (Cornelis et al. 2019).
+/// Makes the densities after the step no larger than at rest.
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let density = std::mem::take(&mut fluid.work.density);
     compression_rates(fluid, |i, rate| (density[i] - 1.0).min(GENTLE) + dt * rate);
     fluid.work.density = density;
     let tolerance = fluid.settings.density_tolerance;
     let (iterations, compression) = solve(fluid, Which::Density, dt * dt, tolerance);
+    accelerate(fluid, dt);
     stepped.iterations[0] = iterations;
     stepped.compression = compression;
     stepped.stalled |= iterations == MOST;

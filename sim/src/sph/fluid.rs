@@ -156,10 +156,7 @@ impl Fluid {
 
     /// Pressure over rest density of particle `k` in the last step, m²/s².
     pub fn pressure(&self, k: usize) -> f64 {
-        f64::from(match self.settings.model {
-            Model::Dfsph => self.particles.impulse[k],
-            Model::Mcg03 => self.particles.pressure[k],
-        })
+        f64::from(self.particles.pressure[k]) + f64::from(self.particles.impulse[k])
     }
 
     /// Density over rest density at the positions before the last step.
@@ -267,7 +264,7 @@ impl Fluid {
         self.refresh();
         let stepped = match self.settings.model {
             Model::Dfsph => {
-                let mut stepped = Stepped::default();
+                let mut stepped = dfsph::remove_divergence(self, dt);
                 let gravity = (self.settings.gravity * dt).extend(0.0);
                 self.particles
                     .velocity
@@ -275,32 +272,26 @@ impl Fluid {
                     .with_min_len(TASK)
                     .for_each(|v| *v += gravity);
                 stepped.viscous = viscosity::apply(self, dt);
-                dfsph::remove_divergence(self, dt, &mut stepped);
                 dfsph::keep_density(self, dt, &mut stepped);
                 stepped
             }
             Model::Mcg03 => mcg03::accelerate(self, dt),
         };
-        self.move_on(dt, self.settings.model == Model::Dfsph);
+        self.move_on(dt);
         stepped
     }
 
-    /// Moves the particles with their velocities and, if there are any, the displacements of the density solver, and
-    /// back where they passed a boundary.
-    fn move_on(&mut self, dt: f32, displaced: bool) {
+    /// Moves the particles with their velocities, and back where they passed a boundary.
+    fn move_on(&mut self, dt: f32) {
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&mut p.velocity)
-            .zip(&self.work.acceleration)
-            .for_each(|((position, velocity), displacement)| {
+            .for_each(|(position, velocity)| {
                 let mut v = velocity.truncate();
                 let mut x = position.truncate() + dt * v;
-                if displaced {
-                    x += dt * dt * displacement.truncate();
-                }
                 if boundary.confine(spacing, &mut x, &mut v) {
                     *velocity = v.extend(0.0);
                 }

@@ -4,8 +4,8 @@ use crate::optics::WATER_DENSITY;
 use crate::solvers::GRAVITY;
 use glam::Vec3;
 
-/// Share of a spacing, doubled, that gravity moves what rests in a sub-step.
-const FALL: f64 = 0.05;
+/// Twice the share of a spacing that gravity moves in a sub-step what rests.
+const FALL: f64 = 0.01;
 
 /// How pressure is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Settings {
             courant: 0.4,
             step: f32::INFINITY,
             density_tolerance: 1e-4,
-            divergence_tolerance: 1e-4,
+            divergence_tolerance: 1e-3,
         }
     }
 
@@ -72,7 +72,7 @@ impl Settings {
     /// Longest stable sub-step in seconds when nothing is faster than `speed` m/s.
     ///
     /// Courant: nothing moves farther than `courant` spacings. Force: what starts from rest under gravity alone
-    /// moves a twentieth of a spacing at most. `mcg03` besides: sound crosses 0.4 of a support, and what its explicit
+    /// moves a two hundredth of a spacing at most. `mcg03` besides: sound crosses 0.4 of a support, and what its explicit
     /// viscosity can take.
     pub fn stable_step(&self, speed: f32) -> f64 {
         let d = f64::from(self.spacing);
