@@ -116,6 +116,27 @@ pub enum StepError {
         /// What to change.
         remedy: String,
     },
+    /// The state lies outside the range in which the method can be trusted. It is as it was before the sub-step that was
+    /// refused.
+    #[error(
+        "{quantity} is {value:e} at sample ({i}, {j}) at t = {time} s, and the method reaches to {limit:e}; {remedy}"
+    )]
+    OutOfRange {
+        /// Which quantity, with its unit.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The value up to which the method is trusted.
+        limit: f64,
+        /// Sample along X.
+        i: usize,
+        /// Sample along Z.
+        j: usize,
+        /// Simulated time, seconds.
+        time: f64,
+        /// What to change.
+        remedy: String,
+    },
     /// The step would make more of something than allowed. The state is the one before the call.
     #[error("there would be more than {allowed} {what} by t = {time} s; {remedy}")]
     Crowded {

@@ -381,6 +381,7 @@ impl Draw {
                 },
                 manning: self.number(0.0, 10.0),
                 courant: self.option(|d| d.number(0.01, 0.99)),
+                relaxation: None,
                 film_depth: self.option(Self::length),
                 splash: self.option(|d| Splash {
                     droplets: d.flip(),

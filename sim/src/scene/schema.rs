@@ -328,7 +328,8 @@ pub(crate) const SOLVER: &[Variant] = &[
         "shallow-water",
         &[
             required("spacing", POSITIVE_LENGTH),
-            optional("scheme", Choice(&["auto", "finite-volume"])),
+            optional("scheme", Choice(&["auto", "finite-volume", "lattice", "bgk"])),
+            optional("relaxation", Number(Bare, Range::new(0.5, 5.0))),
             optional("manning", Number(Roughness, Range::new(0.0, 10.0))),
             optional(
                 "courant",

@@ -14,6 +14,19 @@ pub(crate) struct Boundary {
     still: [Vec<f64>; 4],
 }
 
+/// What stands beyond an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Beyond {
+    /// The mirror image along X.
+    MirrorX,
+    /// The mirror image along Z.
+    MirrorZ,
+    /// The domain again.
+    Repeat,
+    /// Other water, whose state the edge condition makes.
+    Foreign,
+}
+
 /// One ghost cell and the cells that it may take its state from, as padded indices.
 #[derive(Clone, Copy)]
 struct Ghost {
@@ -132,6 +145,11 @@ impl Boundary {
         })
     }
 
+    /// Beyond which edges (x_min, x_max, z_min, z_max) the water is neither a mirror image nor the domain again.
+    pub(crate) fn foreign(&self) -> [bool; 4] {
+        SIDES.map(|s| !matches!(s.condition(&self.edges), Condition::Wall | Condition::Periodic))
+    }
+
     /// Whether the domain repeats along X and along Z.
     pub(crate) fn wraps(&self) -> [bool; 2] {
         [&self.edges.x_min, &self.edges.z_min].map(|c| *c == Condition::Periodic)
@@ -154,8 +172,22 @@ impl Boundary {
         }
     }
 
+    /// Where each ghost's state comes from, in an order in which sources are filled before: its padded index, the cell
+    /// that it mirrors or repeats (the nearest one beyond other edges), and how.
+    pub(crate) fn ghosts(&self) -> impl Iterator<Item = (usize, usize, Beyond)> {
+        SIDES.into_iter().flat_map(move |side| {
+            let condition = side.condition(&self.edges);
+            side.ghosts(self.layout).map(move |ghost| match condition {
+                Condition::Wall if side.x => (ghost.at, ghost.mirror, Beyond::MirrorX),
+                Condition::Wall => (ghost.at, ghost.mirror, Beyond::MirrorZ),
+                Condition::Periodic => (ghost.at, ghost.wrapped, Beyond::Repeat),
+                _ => (ghost.at, ghost.nearest, Beyond::Foreign),
+            })
+        })
+    }
+
     /// Keeps the present depths at open edges as those of the still water beyond.
-    pub(crate) fn remember<T: Real>(&mut self, h: &[T]) {
+    pub(crate) fn remember<T: Real>(&mut self, h: &[T], bed: &[T]) {
         for side in SIDES {
             let still = &mut self.still[side.number];
             still.clear();
@@ -165,7 +197,12 @@ impl Boundary {
             let count = if side.x { self.layout.nz } else { self.layout.nx } + 2 * GHOSTS;
             still.resize(count, 0.0);
             for ghost in side.ghosts(self.layout) {
-                still[ghost.along] = h[ghost.nearest].to_f64();
+                // The columns beyond the corners hold no water yet: that of the outermost column at its level.
+                let inside = ghost.along.clamp(GHOSTS, count - GHOSTS - 1);
+                let step = if side.x { self.layout.stride } else { 1 };
+                let from = ghost.nearest + inside * step - ghost.along * step;
+                let fall = bed[from].to_f64() - bed[ghost.nearest].to_f64();
+                still[ghost.along] = (h[from].to_f64() + fall).max(0.0);
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use super::analytic::{Bump, BumpFlow, MacDonald, Ritter, Stoker, ThackerPlanar, ThackerRadial, Water};
 use super::edges::{Condition, Edges, Series};
-use super::settings::{Initial, Precision, Settings, SetupError, position};
+use super::settings::{Initial, Method, Precision, Settings, SetupError, position};
 use super::solver::ShallowWater;
 use crate::grid::{GridError, GridSpec};
 use crate::solver::{Solver, StepError};
@@ -66,6 +66,8 @@ pub enum CaseError {
 /// How a case is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
+    /// Discretisation.
+    pub method: Method,
     /// Number type.
     pub precision: Precision,
     /// Courant number; default: the solver's.
@@ -75,6 +77,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            method: Method::default(),
             precision: Precision::Double,
             courant: None,
         }
@@ -276,6 +279,7 @@ fn channel(length: f64, cells: u32, rows: u32) -> Result<GridSpec, GridError> {
 fn settings(options: Options, edges: Edges) -> Settings {
     let default = Settings::default();
     Settings {
+        method: options.method,
         precision: options.precision,
         courant: options.courant.unwrap_or(default.courant),
         edges,

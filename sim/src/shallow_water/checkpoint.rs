@@ -1,7 +1,7 @@
 //! The whole state of a run as plain data, for restarts.
 
-use super::finite_volume::FiniteVolume;
 use super::real::Real;
+use super::scheme::Scheme;
 use super::settings::Precision;
 use super::splash::{Ledger, Splash};
 use super::storage::Quantum;
@@ -34,6 +34,9 @@ pub struct Checkpoint {
     pub momentum_x: Vec<f64>,
     /// Momentum per area along Z, m²/s, row-major.
     pub momentum_z: Vec<f64>,
+    /// What a lattice scheme holds besides; absent for finite volumes.
+    #[serde(default)]
+    pub lattice: Option<LatticeMemory>,
     /// Droplets and foam; absent where the solver makes none.
     #[serde(default)]
     pub splash: Option<SplashMemory>,
@@ -124,6 +127,15 @@ impl SplashMemory {
     }
 }
 
+/// What a lattice scheme holds besides depth and momentum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LatticeMemory {
+    /// Length of the last step, s; 0 before the first.
+    pub step: f64,
+    /// Populations or moments, each row-major.
+    pub planes: Vec<Vec<f64>>,
+}
+
 /// What a tile remembers of its last step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TileMemory {
@@ -179,12 +191,13 @@ pub enum CheckpointError {
 
 impl Checkpoint {
     pub(crate) fn new<T: Real>(
-        core: &FiniteVolume<T>,
+        scheme: &Scheme<T>,
         spec: &GridSpec,
         precision: Precision,
         time: f64,
         speed: Option<f64>,
     ) -> Self {
+        let core = scheme.water();
         let layout = core.layout();
         let gather = |values: &[T]| -> Vec<f64> {
             (0..layout.nz)
@@ -205,6 +218,10 @@ impl Checkpoint {
             depth: gather(&fields.h),
             momentum_x: gather(&fields.qx),
             momentum_z: gather(&fields.qz),
+            lattice: scheme.step().map(|step| LatticeMemory {
+                step,
+                planes: scheme.planes().map(gather).collect(),
+            }),
             splash: None,
             #[cfg(feature = "bodies")]
             bodies: None,
@@ -265,14 +282,54 @@ impl Checkpoint {
         Ok(())
     }
 
+    fn check_lattice<T: Real>(&self, scheme: &Scheme<T>) -> Result<(), CheckpointError> {
+        let expected = scheme.planes().count();
+        let found = self.lattice.as_ref().map_or(0, |m| m.planes.len());
+        if expected != found {
+            return Err(CheckpointError::Length {
+                what: "planes of the lattice",
+                expected,
+                found,
+            });
+        }
+        let Some(memory) = &self.lattice else {
+            return Ok(());
+        };
+        if !(memory.step.is_finite() && memory.step >= 0.0) {
+            return Err(CheckpointError::Damaged {
+                what: "step",
+                value: memory.step,
+                at: 0,
+            });
+        }
+        for plane in &memory.planes {
+            if plane.len() != self.spec.len() {
+                return Err(CheckpointError::Length {
+                    what: "a plane of the lattice",
+                    expected: self.spec.len(),
+                    found: plane.len(),
+                });
+            }
+            if let Some(at) = plane.iter().position(|v| !v.is_finite()) {
+                return Err(CheckpointError::Damaged {
+                    what: "plane of the lattice",
+                    value: plane[at],
+                    at,
+                });
+            }
+        }
+        Ok(())
+    }
+
     pub(crate) fn apply<T: Real>(
         &self,
-        core: &mut FiniteVolume<T>,
+        scheme: &mut Scheme<T>,
         spec: &GridSpec,
         precision: Precision,
     ) -> Result<(), CheckpointError> {
         self.check(spec, precision)?;
-        let tiles = core.tile_memory().len();
+        self.check_lattice(scheme)?;
+        let tiles = scheme.water().tile_memory().len();
         if self.tiles.len() != tiles {
             return Err(CheckpointError::Length {
                 what: "tiles",
@@ -280,6 +337,19 @@ impl Checkpoint {
                 found: self.tiles.len(),
             });
         }
+        if let Some(memory) = &self.lattice {
+            let nx = spec.width();
+            let layout = scheme.water().layout();
+            for (plane, stored) in scheme.planes_mut().zip(&memory.planes) {
+                for (j, row) in stored.chunks(nx).enumerate() {
+                    for (into, from) in plane[layout.row(j)].iter_mut().zip(row) {
+                        *into = T::from_f64(*from);
+                    }
+                }
+            }
+            scheme.resume(memory.step);
+        }
+        let core = scheme.water_mut();
         let layout = core.layout();
         let mut bed = vec![T::ZERO; layout.len()];
         let fields = core.fields_mut();

@@ -1,7 +1,10 @@
 //! The solver of a scene.
 
 use super::edges::Edges;
-use super::settings::{DEFAULT_COURANT, Initial, Precision, Settings, SetupError, position};
+use super::settings::{
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, SetupError,
+    position,
+};
 use super::solver::ShallowWater;
 use super::splash::SplashSettings;
 use crate::scene::Scene;
@@ -21,7 +24,15 @@ impl ShallowWater {
             });
         };
         let initial = initial(scene)?;
+        let method = match parameters.scheme {
+            ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => Method::FiniteVolume,
+            ShallowWaterScheme::Lattice => Method::Lattice(LatticeSettings::default()),
+            ShallowWaterScheme::Bgk => Method::Bgk {
+                relaxation: parameters.relaxation.map_or(DEFAULT_RELAXATION, f64::from),
+            },
+        };
         let settings = Settings {
+            method,
             precision: Precision::Single,
             manning: f64::from(parameters.manning),
             courant: parameters.courant.map_or(DEFAULT_COURANT, f64::from),
@@ -46,9 +57,6 @@ impl ShallowWater {
             }),
             ..Settings::default()
         };
-        match parameters.scheme {
-            ShallowWaterScheme::Auto | ShallowWaterScheme::FiniteVolume => {}
-        }
         #[allow(unused_mut, reason = "only bodies change it")]
         let mut solver = Self::new(scene.grid, &initial, settings).map_err(in_scene)?;
         #[cfg(feature = "bodies")]

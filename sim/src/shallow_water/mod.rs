@@ -1,7 +1,8 @@
-//! Shallow-water equations: well-balanced finite volumes in f32 or f64.
+//! Shallow-water equations in f32 or f64: well-balanced finite volumes, and lattice Boltzmann schemes around them.
 
 mod actions;
 pub mod analytic;
+mod bgk;
 mod boundary;
 pub mod cases;
 mod checkpoint;
@@ -10,8 +11,10 @@ pub(crate) mod exchange;
 mod finite_volume;
 mod floats;
 mod from_scene;
+mod lattice;
 pub mod monai;
 mod real;
+mod scheme;
 mod settings;
 mod solver;
 mod splash;
@@ -19,8 +22,11 @@ pub mod stability;
 mod storage;
 mod totals;
 
-pub use checkpoint::{Checkpoint, CheckpointError, SplashMemory, TileMemory};
+pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
-pub use settings::{DEFAULT_COURANT, Initial, LARGEST_COURANT, Precision, Settings, SetupError, position};
+pub use settings::{
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LatticeSettings, Method, Precision,
+    Settings, SetupError, position,
+};
 pub use solver::ShallowWater;
 pub use splash::{Ledger, SplashSettings};

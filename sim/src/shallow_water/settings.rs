@@ -19,9 +19,64 @@ pub enum Precision {
     Double,
 }
 
+/// Default relaxation time of [`Method::Bgk`] in steps.
+pub const DEFAULT_RELAXATION: f64 = 0.6;
+
+/// How the equations are discretised.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Method {
+    /// Well-balanced MUSCL-Hancock finite volumes: everywhere at home.
+    #[default]
+    FiniteVolume,
+    /// Lattice Boltzmann with six moments in calm, deep water and finite volumes elsewhere.
+    Lattice(LatticeSettings),
+    /// Lattice Boltzmann with nine velocities and one relaxation time: water of moderate depth and speed.
+    Bgk {
+        /// Relaxation time in steps, above ½: the viscosity is `(relaxation − ½) g h Δt / 2`, for waves that are
+        /// long against the grid.
+        relaxation: f64,
+    },
+}
+
+/// Parameters of [`Method::Lattice`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LatticeSettings {
+    /// Share of the deviatoric stress that a collision takes away, in (0, 2): the viscosity is
+    /// (1/`shear_rate` − ½) g h Δt / 2.
+    pub shear_rate: f64,
+    /// The same of the isotropic stress.
+    pub bulk_rate: f64,
+    /// What moving water keeps of its stress in a collision falls by 1 + `sluggish` |u|²/(g h).
+    pub sluggish: f64,
+    /// (|u| + √(g h)) Δt/Δx where all water is calm, in (0, 0.9]; shrinks in proportion to [`Settings::courant`].
+    pub courant: f64,
+    /// Share of the largest depth, rounded up to a power of two, up to which water counts as thin.
+    pub thin: f64,
+    /// Largest Froude number of calm water.
+    pub froude: f64,
+    /// Largest difference of the surface between neighbours of calm water, in depths.
+    pub jump: f64,
+}
+
+impl Default for LatticeSettings {
+    fn default() -> Self {
+        Self {
+            shear_rate: 1.95,
+            bulk_rate: 1.9,
+            sluggish: 17.0,
+            courant: 0.65,
+            thin: 0.06,
+            froude: 0.3,
+            jump: 0.007,
+        }
+    }
+}
+
 /// Parameters of [`super::ShallowWater`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// Discretisation.
+    pub method: Method,
     /// Number type of the state.
     pub precision: Precision,
     /// Manning's roughness in s/m^⅓, at least 0.
@@ -45,6 +100,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            method: Method::default(),
             precision: Precision::Single,
             manning: 0.0,
             courant: DEFAULT_COURANT,
@@ -174,6 +230,8 @@ pub enum SetupError {
 
 /// Largest height or depth that is computed with, m.
 const HEIGHT_LIMIT: f64 = 1e6;
+/// Largest relaxation time of the lattice in steps.
+const LARGEST_RELAXATION: f64 = 5.0;
 /// Largest initial speed, m/s.
 const SPEED_LIMIT: f64 = 1e4;
 
@@ -203,6 +261,32 @@ impl Settings {
             courant > 0.0 && courant <= LARGEST_COURANT,
             "above 0 and at most 0.5",
         )?;
+        if let Method::Lattice(lattice) = self.method {
+            for (name, value, most, range) in [
+                ("shear_rate", lattice.shear_rate, 1.9999, "above 0 and below 2"),
+                ("bulk_rate", lattice.bulk_rate, 1.9999, "above 0 and below 2"),
+                ("lattice courant", lattice.courant, 0.9, "above 0 and at most 0.9"),
+                (
+                    "sluggish",
+                    lattice.sluggish + 1.0,
+                    1001.0,
+                    "at least 0 and at most 1000",
+                ),
+                ("thin", lattice.thin, 1.0, "above 0 and at most 1"),
+                ("froude", lattice.froude, 1.0, "above 0 and at most 1"),
+                ("jump", lattice.jump, 1.0, "above 0 and at most 1"),
+            ] {
+                parameter(name, value, value > 0.0 && value <= most, range)?;
+            }
+        }
+        if let Method::Bgk { relaxation } = self.method {
+            parameter(
+                "relaxation",
+                relaxation,
+                relaxation > 0.5 && relaxation <= LARGEST_RELAXATION,
+                "above 0.5 and at most 5",
+            )?;
+        }
         if let Some(film) = self.film_depth {
             parameter(
                 "film_depth",

@@ -5,6 +5,7 @@ use super::checkpoint::{Checkpoint, CheckpointError};
 use super::finite_volume::{FiniteVolume, Refusal};
 use super::floats::Floats;
 use super::real::Real;
+use super::scheme::Scheme;
 use super::settings::{Initial, Precision, Settings, SetupError};
 use super::splash::{Ledger, Splash};
 use super::storage::{self, Layout};
@@ -27,19 +28,29 @@ const RETRIES: u32 = 40;
 /// Samples by which the surface continues below the shore in frames.
 const SHORE: usize = 3;
 
-/// The schemes, each in its number type.
+/// The scheme in its number type.
 pub(crate) enum Core {
-    Single(FiniteVolume<f32>),
-    Double(FiniteVolume<f64>),
+    Single(Scheme<f32>),
+    Double(Scheme<f64>),
 }
 
 /// Runs one expression for the scheme, whatever its type.
-macro_rules! each {
+macro_rules! scheme {
     ($core:expr, $name:ident => $value:expr) => {
         match $core {
             Core::Single($name) => $value,
             Core::Double($name) => $value,
         }
+    };
+}
+
+/// Runs one expression for the water of the scheme, whatever its type.
+macro_rules! each {
+    (&mut $core:expr, $name:ident => $value:expr) => {
+        scheme!(&mut $core, s => { let $name = s.water_mut(); $value })
+    };
+    ($core:expr, $name:ident => $value:expr) => {
+        scheme!($core, s => { let $name = s.water(); $value })
     };
 }
 
@@ -149,7 +160,7 @@ impl ShallowWater {
 
     /// Everything that the further run depends on.
     pub fn checkpoint(&self) -> Checkpoint {
-        let mut checkpoint = each!(&self.core, c => Checkpoint::new(c, &self.spec, self.settings.precision, self.time, self.speed));
+        let mut checkpoint = scheme!(&self.core, s => Checkpoint::new(s, &self.spec, self.settings.precision, self.time, self.speed));
         checkpoint.splash = self.splash.as_ref().map(Splash::memory);
         #[cfg(feature = "bodies")]
         {
@@ -168,7 +179,7 @@ impl ShallowWater {
             (None, None) => {}
             _ => return Err(CheckpointError::Splash),
         }
-        each!(&mut self.core, c => checkpoint.apply(c, &self.spec, self.settings.precision))?;
+        scheme!(&mut self.core, s => checkpoint.apply(s, &self.spec, self.settings.precision))?;
         #[cfg(feature = "bodies")]
         self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
         if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
@@ -235,23 +246,19 @@ impl ShallowWater {
 }
 
 /// A scheme in the initial state.
-fn start<T: Real>(
-    layout: Layout,
-    spec: &GridSpec,
-    initial: &Initial,
-    settings: &Settings,
-) -> FiniteVolume<T> {
+fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: &Settings) -> Scheme<T> {
     let spacing = f64::from(spec.spacing);
     let start = storage::quantise::<T>(layout, initial, spacing);
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    FiniteVolume::new(
+    let water = FiniteVolume::new(
         layout,
         spacing,
         settings.edges.clone(),
         start,
         film,
         settings.manning,
-    )
+    );
+    Scheme::new(water, settings)
 }
 
 /// One value for each cell of the domain.
@@ -307,7 +314,7 @@ impl Solver for ShallowWater {
         let mut clamps = 0_u64;
         let mut speed = match self.speed {
             Some(speed) => speed,
-            None => each!(&mut self.core, c => c.probe(start)),
+            None => scheme!(&mut self.core, s => s.probe(start)),
         };
         let mut retries = 0;
         while done < dt {
@@ -324,13 +331,13 @@ impl Solver for ShallowWater {
                 });
             }
             let step = left / needed;
-            match each!(&mut self.core, c => c.try_step(self.time, step, TOLERATED * courant)) {
+            match scheme!(&mut self.core, s => s.try_step(self.time, step, courant, TOLERATED)) {
                 Ok(stepped) => {
                     let (time, spec) = (self.time, self.spec);
                     each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
                         .map_err(StepError::from)?;
                     speed = stepped.speed;
-                    largest = largest.max(speed * step / spacing);
+                    largest = largest.max(stepped.signal * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
                     self.time = start + done;
                     substeps += 1;
@@ -350,6 +357,24 @@ impl Solver for ShallowWater {
                 Err(Refusal::TooFast(_) | Refusal::Broken) => {
                     self.speed = None;
                     return Err(self.unstable(speed));
+                }
+                Err(Refusal::OutOfRange {
+                    quantity,
+                    value,
+                    limit,
+                    at: [i, j],
+                    remedy,
+                }) => {
+                    self.speed = None;
+                    return Err(StepError::OutOfRange {
+                        quantity,
+                        value,
+                        limit,
+                        i,
+                        j,
+                        time: self.time,
+                        remedy: remedy.into(),
+                    });
                 }
             }
         }
@@ -395,12 +420,12 @@ impl Solver for ShallowWater {
     fn report(&self) -> StepReport {
         let speed = self
             .speed
-            .unwrap_or_else(|| each!(&self.core, c => c.estimated_speed()));
+            .unwrap_or_else(|| scheme!(&self.core, s => s.estimated_speed()));
         self.state_report(speed)
     }
 
     fn bytes(&self) -> u64 {
-        let core = each!(&self.core, c => c.bytes());
+        let core = scheme!(&self.core, s => s.bytes());
         let splash = self.splash.as_ref().map_or(0, Splash::bytes);
         (core + splash + self.spec.len() * size_of::<f32>()) as u64
     }

@@ -2,7 +2,9 @@
 //! `docs/numerics-shallow-water.md`, which `cargo run --release -p meniscus-sim --example hard_cases` prints.
 
 use super::edges::{Condition, Edges};
-use super::settings::{Initial, Precision, Settings, SetupError};
+use super::settings::{
+    DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, SetupError,
+};
 use super::solver::ShallowWater;
 use crate::grid::GridSpec;
 use crate::solver::{Solver, StepError};
@@ -66,7 +68,20 @@ struct Trial {
 
 /// The schemes that are tried. A new one joins the table by a line here.
 fn schemes() -> Vec<(&'static str, Settings)> {
-    vec![("finite-volume", Settings::default())]
+    let with = |method| Settings {
+        method,
+        ..Settings::default()
+    };
+    vec![
+        ("finite-volume", Settings::default()),
+        ("lattice", with(Method::Lattice(LatticeSettings::default()))),
+        (
+            "bgk",
+            with(Method::Bgk {
+                relaxation: DEFAULT_RELAXATION,
+            }),
+        ),
+    ]
 }
 
 /// Runs every case with every scheme in both precisions.

@@ -378,6 +378,7 @@ impl Situation {
                 manning: 0.0,
                 courant: None,
                 film_depth: None,
+                relaxation: None,
                 splash: None,
             });
         }

@@ -11,6 +11,9 @@ pub struct ShallowWater {
     /// Discretisation.
     #[serde(default)]
     pub scheme: ShallowWaterScheme,
+    /// Relaxation time of the scheme `bgk` in steps; default 0.6.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<f32>,
     /// Manning's roughness in s/m^⅓; 0 for none.
     #[serde(default)]
     pub manning: f32,
@@ -66,4 +69,8 @@ pub enum ShallowWaterScheme {
     Auto,
     /// Well-balanced MUSCL-Hancock finite volumes.
     FiniteVolume,
+    /// Lattice Boltzmann with six moments in calm, deep water and finite volumes elsewhere.
+    Lattice,
+    /// Lattice Boltzmann with nine velocities and one relaxation time.
+    Bgk,
 }

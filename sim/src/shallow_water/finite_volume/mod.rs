@@ -2,7 +2,7 @@
 
 mod exchange;
 pub(crate) mod kernels;
-mod tile;
+pub(crate) mod tile;
 
 use super::boundary::Boundary;
 use super::checkpoint::TileMemory;
@@ -10,9 +10,11 @@ use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
 use crate::solvers::GRAVITY;
-use kernels::{Constants, flag};
+use kernels::Constants;
+pub(super) use kernels::flag;
 use rayon::prelude::*;
-use tile::{Extent, HALO, Outcome, Scratch, Sink, Source, TILE_WIDTH};
+pub(super) use tile::{self as volume_step, Outcome};
+use tile::{Extent, HALO, Scratch, Sink, Source, TILE_WIDTH};
 
 /// Rows of a band, which one thread steps at a time: each band reconstructs four rows and computes two rows of faces
 /// more than it keeps.
@@ -20,27 +22,27 @@ const BAND: usize = 64;
 
 /// A tile's memory of its last step.
 #[derive(Clone, Copy, Debug)]
-struct Tile<T> {
-    outcome: Outcome<T>,
+pub(super) struct Tile<T> {
+    pub(super) outcome: Outcome<T>,
     /// Whether it must be stepped: something moves in it or beside it.
-    awake: bool,
+    pub(super) awake: bool,
 }
 
 /// State and machinery of the scheme.
 pub(crate) struct FiniteVolume<T> {
-    layout: Layout,
-    spacing: f64,
-    boundary: Boundary,
+    pub(super) layout: Layout,
+    pub(super) spacing: f64,
+    pub(super) boundary: Boundary,
     /// Height above datum of bed 0, m.
-    base: f64,
-    bed: Vec<T>,
-    now: Fields<T>,
-    next: Fields<T>,
-    quantum: Quantum,
+    pub(super) base: f64,
+    pub(super) bed: Vec<T>,
+    pub(super) now: Fields<T>,
+    pub(super) next: Fields<T>,
+    pub(super) quantum: Quantum,
     film: f64,
     manning: f64,
-    tiles: Vec<Tile<T>>,
-    tiles_x: usize,
+    pub(super) tiles: Vec<Tile<T>>,
+    pub(super) tiles_x: usize,
 }
 
 /// Why a sub-step did not succeed.
@@ -50,13 +52,28 @@ pub(crate) enum Refusal {
     TooFast(f64),
     /// A value left its range.
     Broken,
+    /// The state left the range in which the scheme can be trusted.
+    OutOfRange {
+        /// Which quantity, with its unit.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The value that it must not pass.
+        limit: f64,
+        /// Sample along X and Z.
+        at: [usize; 2],
+        /// What to change.
+        remedy: &'static str,
+    },
 }
 
 /// What a sub-step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stepped {
-    /// Fastest signal during the step, m/s.
+    /// Fastest signal during the step, m/s, weighted by what the scheme allows: steps are chosen by it.
     pub(crate) speed: f64,
+    /// Fastest signal during the step, m/s.
+    pub(crate) signal: f64,
     /// Whether some depth has outgrown the quantum.
     pub(crate) deep: bool,
 }
@@ -82,7 +99,7 @@ impl<T: Real> FiniteVolume<T> {
         } = start;
         let mut boundary = Boundary::new(layout, edges);
         boundary.fill_bed(&mut bed);
-        boundary.remember(&fields.h);
+        boundary.remember(&fields.h, &bed);
         let tiles_x = layout.nx.div_ceil(TILE_WIDTH);
         let bands = layout.nz.div_ceil(BAND);
         let fresh = Tile {
@@ -148,7 +165,7 @@ impl<T: Real> FiniteVolume<T> {
             + self.boundary.bytes()
     }
 
-    fn constants(&self, dt: f64) -> Constants<T> {
+    pub(super) fn constants(&self, dt: f64) -> Constants<T> {
         let of = T::from_f64;
         Constants {
             gravity: of(GRAVITY),
@@ -257,7 +274,11 @@ impl<T: Real> FiniteVolume<T> {
         if deep {
             self.coarsen(self.deepest());
         }
-        Ok(Stepped { speed, deep })
+        Ok(Stepped {
+            speed,
+            signal: speed,
+            deep,
+        })
     }
 
     /// Steps every tile that is awake from `now` to `next`; the fastest signal and all flags.
@@ -326,7 +347,7 @@ impl<T: Real> FiniteVolume<T> {
 
     /// A tile sleeps once neither it nor a neighbour changed in a step and nothing in them carries momentum: its next
     /// step would change nothing either, whatever its length.
-    fn wake(&mut self) {
+    pub(super) fn wake(&mut self) {
         let (w, h) = (self.tiles_x, self.tiles.len() / self.tiles_x);
         let (driven, wraps) = (self.boundary.driven(), self.boundary.wraps());
         let alive: Vec<bool> = self
@@ -355,7 +376,7 @@ impl<T: Real> FiniteVolume<T> {
         }
     }
 
-    fn deepest(&self) -> f64 {
+    pub(super) fn deepest(&self) -> f64 {
         (0..self.layout.nz)
             .flat_map(|j| &self.now.h[self.layout.row(j)])
             .fold(0.0, |a, h| a.max(h.to_f64()))
@@ -363,7 +384,7 @@ impl<T: Real> FiniteVolume<T> {
 
     /// Takes the quantum for a depth, unless it is finer than the present one. The rounding is carried from cell to
     /// cell, so that the volume changes by less than one quantum in one cell.
-    fn coarsen(&mut self, depth: f64) {
+    pub(super) fn coarsen(&mut self, depth: f64) {
         let layout = self.layout;
         let quantum = Quantum::for_depth::<T>(depth);
         if quantum.length() <= self.quantum.length() {
@@ -410,6 +431,6 @@ impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
 }
 
 /// Where part `k` of `count` parts of a length begins.
-fn part(length: usize, count: usize, k: usize) -> usize {
+pub(super) fn part(length: usize, count: usize, k: usize) -> usize {
     length * k / count
 }

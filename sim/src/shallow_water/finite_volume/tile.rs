@@ -5,58 +5,58 @@ use super::super::real::Real;
 use super::kernels::{self, Cells, Constants, Faces, LANES, Row, RowView, State, Velocities};
 
 /// Rings of cells around a tile that its step reads.
-pub(super) const HALO: usize = 3;
+pub(in super::super) const HALO: usize = 3;
 /// Most cells of a tile along X.
-pub(super) const TILE_WIDTH: usize = LANES - 2 * HALO;
+pub(in super::super) const TILE_WIDTH: usize = LANES - 2 * HALO;
 
 /// Padded arrays of the state and the bed, `stride` values a row.
 #[derive(Clone, Copy)]
-pub(super) struct Source<'a, T> {
-    pub(super) h: &'a [T],
-    pub(super) qx: &'a [T],
-    pub(super) qz: &'a [T],
-    pub(super) z: &'a [T],
-    pub(super) stride: usize,
+pub(in super::super) struct Source<'a, T> {
+    pub(in super::super) h: &'a [T],
+    pub(in super::super) qx: &'a [T],
+    pub(in super::super) qz: &'a [T],
+    pub(in super::super) z: &'a [T],
+    pub(in super::super) stride: usize,
 }
 
 /// Where the new state goes: whole padded rows, the first of them being row `first_row` of the source.
-pub(super) struct Sink<'a, T> {
-    pub(super) h: &'a mut [T],
-    pub(super) qx: &'a mut [T],
-    pub(super) qz: &'a mut [T],
-    pub(super) first_row: usize,
+pub(in super::super) struct Sink<'a, T> {
+    pub(in super::super) h: &'a mut [T],
+    pub(in super::super) qx: &'a mut [T],
+    pub(in super::super) qz: &'a mut [T],
+    pub(in super::super) first_row: usize,
 }
 
 /// Which cells, in padded indices.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extent {
-    pub(super) first_column: usize,
-    pub(super) columns: usize,
-    pub(super) first_row: usize,
-    pub(super) rows: usize,
+pub(in super::super) struct Extent {
+    pub(in super::super) first_column: usize,
+    pub(in super::super) columns: usize,
+    pub(in super::super) first_row: usize,
+    pub(in super::super) rows: usize,
 }
 
 /// What a tile's step found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Outcome<T> {
+pub(in super::super) struct Outcome<T> {
     /// Fastest signal, m/s.
-    pub(super) speed: T,
+    pub(in super::super) speed: T,
     /// Bits of [`kernels::flag`].
-    pub(super) flags: u32,
+    pub(in super::super) flags: u32,
 }
 
 /// Rows between the stages; the newest is last in each array.
-pub(super) struct Scratch<T> {
-    velocities: [Box<Velocities<T>>; 3],
-    cells: [Box<Cells<T>>; 3],
-    x: [Box<Faces<T>>; 3],
-    z: [Box<Faces<T>>; 3],
-    share: [Box<Row<T>>; 2],
-    speed: Box<Row<T>>,
+pub(in super::super) struct Scratch<T> {
+    pub(in super::super) velocities: [Box<Velocities<T>>; 3],
+    pub(in super::super) cells: [Box<Cells<T>>; 3],
+    pub(in super::super) x: [Box<Faces<T>>; 3],
+    pub(in super::super) z: [Box<Faces<T>>; 3],
+    pub(in super::super) share: [Box<Row<T>>; 2],
+    pub(in super::super) speed: Box<Row<T>>,
 }
 
 impl<T: Real> Scratch<T> {
-    pub(super) fn new() -> Self {
+    pub(in super::super) fn new() -> Self {
         Self {
             velocities: std::array::from_fn(|_| Box::new(Velocities::ZERO)),
             cells: std::array::from_fn(|_| Box::new(Cells::ZERO)),
@@ -73,7 +73,7 @@ impl<T: Real> Scratch<T> {
 /// When row `r + 1` has its velocities, row `r` is reconstructed and its faces are known; row `r − 1` then has all its
 /// faces and can pay its shares; row `r − 2` has nothing but settled faces and is updated.
 #[inline(always)]
-pub(super) fn step<T: Real>(
+pub(in super::super) fn step<T: Real>(
     k: &Constants<T>,
     source: Source<'_, T>,
     sink: &mut Sink<'_, T>,

@@ -87,8 +87,12 @@ fn momentum_and_energy_are_in_the_grid_in_droplets_or_in_the_ledger() {
                 let level = solver.level;
                 let splash = solver.splash.as_mut().unwrap();
                 match &mut solver.core {
-                    crate::shallow_water::solver::Core::Single(c) => splash.step(c, 1e-5, level, 0.02),
-                    crate::shallow_water::solver::Core::Double(c) => splash.step(c, 1e-5, level, 0.02),
+                    crate::shallow_water::solver::Core::Single(c) => {
+                        splash.step(c.water_mut(), 1e-5, level, 0.02)
+                    }
+                    crate::shallow_water::solver::Core::Double(c) => {
+                        splash.step(c.water_mut(), 1e-5, level, 0.02)
+                    }
                 };
             }
             let ((m1, p1, e1), l1) = books(&solver);

@@ -17,7 +17,7 @@ mod update;
 pub(crate) use drain::{drain_x, drain_z, shares};
 pub(crate) use faces::{faces_x, faces_z};
 pub(crate) use reconstruct::{reconstruct, rub_half};
-pub(crate) use update::{State, flag, update};
+pub(crate) use update::{State, finish, flag, inspect, rub, update};
 
 use crate::shallow_water::real::Real;
 
@@ -76,24 +76,24 @@ pub(crate) struct Velocities<T> {
 /// A row at the half step: the centre value of each quantity and half its difference across the cell.
 #[derive(Clone)]
 pub(crate) struct Cells<T> {
-    h: Row<T>,
-    u: Row<T>,
-    v: Row<T>,
+    pub(crate) h: Row<T>,
+    pub(crate) u: Row<T>,
+    pub(crate) v: Row<T>,
     /// Along X.
-    x: Halves<T>,
+    pub(crate) x: Halves<T>,
     /// Along Z.
-    z: Halves<T>,
+    pub(crate) z: Halves<T>,
 }
 
 /// Halves of the differences across each cell along one axis.
 #[derive(Clone)]
-struct Halves<T> {
+pub(crate) struct Halves<T> {
     /// Of the surface.
-    e: Row<T>,
+    pub(crate) e: Row<T>,
     /// Of the bed.
-    z: Row<T>,
-    u: Row<T>,
-    v: Row<T>,
+    pub(crate) z: Row<T>,
+    pub(crate) u: Row<T>,
+    pub(crate) v: Row<T>,
 }
 
 /// Fluxes through a row of faces. Along X, entry `c` is the face between cells `c` and `c + 1`; along Z, the face
@@ -101,13 +101,13 @@ struct Halves<T> {
 #[derive(Clone)]
 pub(crate) struct Faces<T> {
     /// Depth that crosses the face in the step, a multiple of the quantum, m.
-    mass: Row<T>,
+    pub(crate) mass: Row<T>,
     /// Flux of normal momentum less the pressure of the cell before the face, m³/s².
-    before: Row<T>,
+    pub(crate) before: Row<T>,
     /// The same less the pressure of the cell behind the face.
-    behind: Row<T>,
+    pub(crate) behind: Row<T>,
     /// Flux of transverse momentum, m³/s².
-    across: Row<T>,
+    pub(crate) across: Row<T>,
 }
 
 impl<T: Real> Velocities<T> {

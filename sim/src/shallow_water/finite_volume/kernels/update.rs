@@ -55,8 +55,20 @@ pub(crate) fn update<T: Real>(
         qx[c] = qx0[c] + k.lambda * ((wp[c] - ep[c]) - slope_x + (fa[c] - la[c]));
         qz[c] = qz0[c] + k.lambda * ((fp[c] - lp[c]) - slope_z + (wa[c] - ea[c]));
     }
+    finish(k, (h0, qx0, qz0), h, qx, qz)
+}
+
+/// What follows the fluxes in a row: films settle, friction acts, and the new state is looked at; bits of [`flag`].
+#[inline(always)]
+pub(crate) fn finish<T: Real>(
+    k: &Constants<T>,
+    old: (&[T], &[T], &[T]),
+    h: &[T],
+    qx: &mut [T],
+    qz: &mut [T],
+) -> u32 {
     let mut thin = 0_u32;
-    for c in 0..m {
+    for c in 0..h.len() {
         thin |= u32::from(h[c] < k.film);
     }
     if thin != 0 {
@@ -65,12 +77,12 @@ pub(crate) fn update<T: Real>(
     if k.friction > T::ZERO {
         rub(k, h, qx, qz);
     }
-    inspect(k, (h0, qx0, qz0), (h, qx, qz))
+    inspect(k, old, (h, qx, qz))
 }
 
 /// What a row's update found, as bits of [`flag`].
 #[inline(always)]
-fn inspect<T: Real>(k: &Constants<T>, old: (&[T], &[T], &[T]), new: (&[T], &[T], &[T])) -> u32 {
+pub(crate) fn inspect<T: Real>(k: &Constants<T>, old: (&[T], &[T], &[T]), new: (&[T], &[T], &[T])) -> u32 {
     let m = new.0.len();
     let (h0, qx0, qz0) = (&old.0[..m], &old.1[..m], &old.2[..m]);
     let (h, qx, qz) = (&new.0[..m], &new.1[..m], &new.2[..m]);
@@ -102,7 +114,7 @@ fn settle_films<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) 
 
 /// Manning's friction, implicit and solved exactly: |q| (1 + K|q|) = |q*| with K = g n² Δt / h^(7/3).
 #[inline(always)]
-fn rub<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) {
+pub(crate) fn rub<T: Real>(k: &Constants<T>, h: &[T], qx: &mut [T], qz: &mut [T]) {
     let m = h.len();
     let (qx, qz) = (&mut qx[..m], &mut qz[..m]);
     for c in 0..m {
