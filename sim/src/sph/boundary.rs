@@ -364,7 +364,7 @@ mod tests {
         let mut tank = Boundary::tank(Vec2::ZERO, Vec2::new(1.0, D), 0.0);
         for (outline, p) in [
             (Outline::Box, Vec3::new(-3.0, -2.0, 5.0)),
-            (Outline::Box, Vec3::new(1e6, 0.5, -1e6)),
+            (Outline::Box, Vec3::new(1e6, -0.5, -1e6)),
             (Outline::Round, Vec3::new(9.0, -1.0, 0.05)),
         ] {
             tank.outline = outline;

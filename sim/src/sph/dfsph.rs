@@ -22,7 +22,7 @@ const FEWEST: u32 = 2;
 const MOST: u32 = 200;
 /// Largest share of compression that one step removes: particles put inside each other move apart instead of
 /// exploding.
-const GENTLE: f32 = 0.01;
+const GENTLE: f32 = 0.1;
 /// Density ratio below which a particle is spray: it is not kept free of divergence, since with half of its neighbours
 /// missing that would hold drops together (Bender & Koschier 2017, section 3.2).
 const SPRAY: f32 = 0.75;
@@ -111,13 +111,6 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
         Which::Divergence => &mut fluid.particles.impulse,
     };
     let mut iterations = 0;
-    let (relax, weight) = (tune("RELAX", RELAXATION), tune("OVER", 0.0));
-    let warm = tune("WARM", 1.0);
-    if warm != 1.0 {
-        for p in pressure.iter_mut() {
-            *p *= warm;
-        }
-    }
     loop {
         accelerations(&fluid.neighbours, pressure, &work.touch, &mut work.acceleration);
         let (a, touch, source, inverse) = (&work.acceleration, &work.touch, &work.source, &work.inverse);
@@ -132,18 +125,13 @@ fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f6
                 }
                 let rate = sum.x + sum.y + sum.z + touch[near.i].gradient.dot(own.truncate());
                 let residual = source[near.i] + gain * rate;
-                let change = relax * residual * inverse[near.i] / gain;
+                let change = RELAXATION * residual * inverse[near.i] / gain;
                 let p = before[near.i];
-                let over = if p > 0.0 {
-                    weight * (-residual).max(0.0).min(p * gain / inverse[near.i])
-                } else {
-                    0.0
-                };
-                ((p + change).max(0.0), f64::from(residual.max(0.0) + over))
+                ((p + change).max(0.0), f64::from(residual.max(0.0)))
             });
         iterations += 1;
         let mean = left / n;
-        if (mean <= tolerance && iterations >= tune("FEWEST", FEWEST as f32) as u32) || iterations == MOST {
+        if (mean <= tolerance && iterations >= FEWEST) || iterations == MOST {
             return (iterations, mean);
         }
         std::mem::swap(pressure, &mut work.pressure);
@@ -167,8 +155,7 @@ fn accelerate(fluid: &mut Fluid, dt: f32) {
 /// Makes the velocities free of compression.
 pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32) -> Stepped {
     let density = std::mem::take(&mut fluid.work.density);
-    let spray = tune("SPRAY", SPRAY);
-    compression_rates(fluid, |i, rate| if density[i] < spray { IDLE } else { rate });
+    compression_rates(fluid, |i, rate| if density[i] < SPRAY { IDLE } else { rate });
     fluid.work.density = density;
     let tolerance = fluid.settings.divergence_tolerance / f64::from(dt);
     let (iterations, divergence) = solve(fluid, Which::Divergence, dt, tolerance);
@@ -192,15 +179,4 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     stepped.iterations[0] = iterations;
     stepped.compression = compression;
     stepped.stalled |= iterations == MOST;
-}
-
-/// Laboratory only.
-pub(crate) fn tune(name: &str, default: f32) -> f32 {
-    static VALUES: std::sync::OnceLock<Vec<(String, f32)>> = std::sync::OnceLock::new();
-    let values = VALUES.get_or_init(|| {
-        std::env::vars()
-            .filter_map(|(k, v)| Some((k, v.parse().ok()?)))
-            .collect()
-    });
-    values.iter().find(|v| v.0 == name).map_or(default, |v| v.1)
 }

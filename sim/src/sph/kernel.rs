@@ -49,7 +49,7 @@ impl CubicSpline {
     /// ∫ W over the plane at distance `s` ≥ 0 from the kernel's centre, in 1/m.
     fn over_plane(&self, s: f32) -> f32 {
         let t = s * self.inverse;
-        let inner = |q: f32| q * q * (0.5 + q * (-1.5 + 1.2 * q));
+        let inner = |q: f32| q * q * (0.5 + q * q * (-1.5 + 1.2 * q));
         let u = (1.0 - t).max(0.0);
         let integral = if t < 0.5 {
             0.01875 + inner(0.5) - inner(t)

@@ -4,6 +4,9 @@ use crate::optics::WATER_DENSITY;
 use crate::solvers::GRAVITY;
 use glam::Vec3;
 
+/// Twice the share of a spacing that gravity moves in a sub-step what rests.
+const FALL: f64 = 0.01;
+
 /// How pressure is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
@@ -69,13 +72,13 @@ impl Settings {
     /// Longest stable sub-step in seconds when nothing is faster than `speed` m/s.
     ///
     /// Courant: nothing moves farther than `courant` spacings. Force: what starts from rest under gravity alone
-    /// moves a twentieth of a spacing at most. `mcg03` besides: sound crosses 0.4 of a support, and what its explicit
+    /// moves a two hundredth of a spacing at most. `mcg03` besides: sound crosses 0.4 of a support, and what its explicit
     /// viscosity can take.
     pub fn stable_step(&self, speed: f32) -> f64 {
         let d = f64::from(self.spacing);
         let gravity = f64::from(self.gravity.length());
         let courant = f64::from(self.courant) * d / f64::from(speed).max(1e-9 * d);
-        let force = (f64::from(super::dfsph::tune("FORCE", 0.1)) * d / gravity.max(1e-12)).sqrt();
+        let force = (FALL * d / gravity.max(1e-12)).sqrt();
         let mut step = courant.min(force).min(f64::from(self.step));
         if self.model == Model::Mcg03 {
             let h = f64::from(self.support());
