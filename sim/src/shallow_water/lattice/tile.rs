@@ -151,9 +151,14 @@ pub(super) fn look<T: Real>(
         let calm = &mut scratch.calm[0];
         kernels::calm(k, [row(r - 1), row(r), row(r + 1)], calm);
         forget_unknown(source, r, left, n, calm);
-        let sum = calm[1..n - 1].iter().fold(T::ZERO, |sum, &c| sum + c);
-        any |= sum > T::ZERO;
-        all &= sum >= T::from_f64((n - 2) as f64);
+        let (mut some, mut missing) = (0_u32, 0_u32);
+        for c in &calm[1..n - 1] {
+            let fine = u32::from(*c > T::ZERO);
+            some |= fine;
+            missing |= fine ^ 1;
+        }
+        any |= some != 0;
+        all &= missing == 0;
         if any && !all {
             return Water::Mixed;
         }
@@ -247,12 +252,16 @@ pub(super) fn stream<T: Real>(
     }
 }
 
-/// [`flag::ALIVE`] if any moment is not 0, [`flag::BROKEN`] if one is no number.
+/// [`flag::ALIVE`] if any moment is not 0.
 #[inline(always)]
 fn stressed<T: Real>(moments: [&[T]; 3]) -> u32 {
-    let sum = moments.map(|m| m.iter().fold(T::ZERO, |a, &b| a.larger(b.abs())));
-    let any = sum[0] > T::ZERO || sum[1] > T::ZERO || sum[2] > T::ZERO;
-    if any { flag::ALIVE } else { 0 }
+    let mut any = 0_u32;
+    for moment in moments {
+        for m in moment {
+            any |= u32::from(m.abs() > T::ZERO);
+        }
+    }
+    any * flag::ALIVE
 }
 
 /// Steps a tile without calm water: finite volumes alone.
