@@ -195,7 +195,9 @@ fn dry_cells_meet_water_and_ground_in_the_same_point() {
         for k in 0..400 {
             let kind = [Kind::Primary, Kind::Vertical, Kind::Random][k % 3];
             let mut ray = ray(kind, &bounds, &on_water, &mut rng);
-            // From above: below the ground the order of the two is another.
+            // From above the rectangle: below the ground the order of the two is another, and through the rim a ray may
+            // come to the ground without having met the water.
+            ray.origin = ray.origin.clamp(bounds.low, bounds.high);
             ray.origin.y = bounds.high.y + bounds.spacing;
             ray.direction.y = -ray.direction.y.abs();
             let (a, b) = (

@@ -13,7 +13,7 @@ use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::scene::Scene;
 use crate::scene::description::{Edge, Initial, Motion, Solver as Choice};
-use crate::solver::{Solver, StepError, StepReport};
+use crate::solver::{Extra, Solver, StepError, StepReport};
 use crate::solvers::{self, BuildError};
 use glam::{BVec2, UVec2};
 use std::cell::RefCell;
@@ -292,6 +292,11 @@ impl Solver for Layered {
     fn report(&self) -> StepReport {
         let layers = self.layers.iter().map(|l| l.solver.report());
         layers.fold(self.base.report(), both)
+    }
+
+    fn extras(&self) -> Vec<Extra> {
+        let layers = self.layers.iter().flat_map(|l| l.solver.extras());
+        self.base.extras().into_iter().chain(layers).collect()
     }
 
     fn bytes(&self) -> u64 {

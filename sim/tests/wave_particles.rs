@@ -425,6 +425,8 @@ fn nothing_passes_a_thin_breakwater() {
         shape: Shape::Box { size },
         position: Vec3::new(6.03, 0.0, 3.0),
         rotation: glam::Quat::from_rotation_y(0.1),
+        velocity: Vec3::ZERO,
+        spin: Vec3::ZERO,
         density: 2600.0,
         motion: Motion::Fixed,
         color: None,
@@ -452,6 +454,8 @@ fn mover(shape: Shape, points: Vec<(f64, Vec3)>) -> Object {
         shape,
         position: points[0].1,
         rotation: glam::Quat::IDENTITY,
+        velocity: Vec3::ZERO,
+        spin: Vec3::ZERO,
         density: 600.0,
         motion: Motion::Path {
             points: points
