@@ -210,7 +210,7 @@ fn solved_sunlight_through_waves_is_that_found_by_chance() {
     scene.description.water.absorption = Vec3::new(0.2, 0.1, 0.05);
     sun(&mut scene, 60.0, 15.0);
     let frame = waves(&scene);
-    let mut view = view(
+    let view = view(
         Vec3::new(1.4, -0.3, 1.3),
         Vec3::new(1.7, -0.9, 1.7),
         UVec2::new(16, 12),
