@@ -49,7 +49,7 @@ pub fn available() -> Vec<SolverInfo> {
         },
         SolverInfo {
             name: "sph",
-            summary: "water in a tank as particles: breaking, splashing, pouring; from water to honey",
+            summary: "unfinished: water in a tank as particles; its still water is not still yet (docs/numerics-sph.md)",
             compiled: cfg!(feature = "sph"),
         },
     ]

@@ -116,7 +116,7 @@ fn heave_share(a: f64, v: f64) -> f64 {
 #[test]
 fn a_floating_box_comes_to_rest_at_archimedes_draft() {
     for (density, height) in [(600.0, 0.4_f32), (200.0, 0.3), (900.0, 0.9)] {
-        let mut tank = Tank::new(8.0, 3.0, 0.25).free("box", FLAT, [0.3, height, -0.2], density, "");
+        let mut tank = Tank::new(8.0, 3.0, 0.25).free("box", FLAT, [0.0, height, 0.0], density, "");
         // Without friction a closed tank would slosh for ever.
         tank.more = OPEN;
         let mut solver = tank.solver();
@@ -136,8 +136,9 @@ fn a_floating_box_comes_to_rest_at_archimedes_draft() {
             pose.velocity.y.abs() < 1e-3 && pose.angular_velocity.length() < 1e-3,
             "{pose:?}"
         );
-        // A drift along the surface is resisted by the square of its speed alone: it dies out as 1/t.
-        assert!(pose.velocity.length() < 0.05, "{pose:?}");
+        // In the middle of the tank nothing pushes it aside. (Elsewhere the waves of the open edges set it adrift, which
+        // is resisted by the square of its speed alone and dies out as 1/t.)
+        assert!(pose.velocity.length() < 1e-3, "{pose:?}");
     }
 }
 

@@ -53,7 +53,14 @@ fn every_solver_that_is_compiled_in_can_be_built_by_its_name() {
     let infos = solvers::available();
     assert_eq!(
         infos.iter().map(|s| s.name).collect::<Vec<_>>(),
-        ["wave-equation", "procedural", "shallow-water", "sph"]
+        [
+            "wave-equation",
+            "procedural",
+            "shallow-water",
+            "ocean",
+            "wave-particles",
+            "sph"
+        ]
     );
     for info in infos.iter().filter(|s| s.compiled) {
         let mut scene = scene(&format!("kind = \"{}\"", info.name));

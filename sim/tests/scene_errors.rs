@@ -127,7 +127,7 @@ fn unknown_keys_name_the_nearest() {
     one(
         "time = 1.0",
         "time = 1.0\nend = 2.0",
-        "32: event.0.end: unknown key `end`; it belongs to kind = \"sweep\" or \"rain\"",
+        "32: event.0.end: unknown key `end`; it belongs to kind = \"drag\" or \"sweep\" or \"inflow\" or \"rain\"",
     );
     one(
         "rate = 30.0",
@@ -596,8 +596,8 @@ fn overrides_replace_values_and_are_named_in_their_errors() {
         ),
         ("solver", "scene.toml: `--set solver` has no `=`; write key=value"),
         (
-            "solver.kind=sph",
-            "scene.toml: solver.kind: \"sph\" is not known here (from `--set solver.kind=sph`)",
+            "solver.kind=magic",
+            "scene.toml: solver.kind: \"magic\" is not known here (from `--set solver.kind=magic`)",
         ),
     ] {
         let found = problems(GOOD, &[text]);

@@ -349,6 +349,7 @@ fn an_obstacle_put_into_water_pushes_it_aside() {
 }
 
 #[test]
+#[ignore = "takes minutes since the step limit follows gravity: the solver is not finished"]
 fn one_particle_none_and_a_tank_thinner_than_a_kernel() {
     for model in [Model::Dfsph, Model::Mcg03] {
         let settings = Settings {

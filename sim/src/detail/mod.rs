@@ -478,7 +478,8 @@ mod tests {
                 let here = detail.at(x);
                 square += f64::from(here.height).powi(2) / f64::from(n * n);
                 let repeated = detail.at(x + Vec2::new(8.0, -16.0));
-                assert!((here.height - repeated.height).abs() < 1e-5 * detail.height.max(0.01));
+                // Coordinates of 24 m are rounded to 2e-6 m, on slopes of up to 1.
+                assert!((here.height - repeated.height).abs() < 1e-5);
             }
             let deviation = square.sqrt() as f32;
             assert!(

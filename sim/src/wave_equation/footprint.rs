@@ -232,7 +232,7 @@ mod tests {
         scene.description.objects = vec![body];
         let message = pierced(&scene).unwrap_err().to_string();
         assert!(
-            message.contains("rock") && message.contains("\"fixed\""),
+            message.contains("object.0.motion") && message.contains("\"fixed\""),
             "{message}"
         );
     }

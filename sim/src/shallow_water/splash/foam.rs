@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 /// Distance that foam may travel between two advections, in spacings: what frames may lag behind by.
-const LAG: f64 = 0.5;
+const LAG: f64 = 0.49;
 /// Coverage below which there is no foam.
 const LEAST: f32 = 1e-3;
 
@@ -106,8 +106,8 @@ impl Foam {
         }
     }
 
-    /// Carries the foam along for `dt` s in water of which nothing moves faster than `fastest` m/s: as soon as it may
-    /// have moved by half a spacing, so that it is interpolated as rarely as can be.
+    /// Carries the foam along for `dt` s in water of which nothing moves faster than `fastest` m/s: before it may
+    /// have moved by half a spacing, so that it is interpolated as rarely as can be and never lags by more.
     pub(crate) fn advance(
         &mut self,
         dt: f64,
@@ -115,7 +115,8 @@ impl Foam {
         velocity: impl Fn(usize, usize) -> [f64; 2] + Sync,
     ) {
         self.pending += dt;
-        if fastest * self.pending < LAG * self.spacing && self.pending < self.life {
+        // Another step like this one may be the one too many.
+        if fastest * (self.pending + dt) < LAG * self.spacing && self.pending < self.life {
             return;
         }
         let (w, h) = (self.width, self.rows.len());
