@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release -p meniscus-sim --example splash_storm -- [STEPS]` (default 100 000; a minute or two).
 
+#![allow(clippy::print_stdout, reason = "its output is what it is for")]
+
 use glam::{UVec2, Vec2};
 use meniscus_sim::Solver;
 use meniscus_sim::events::Action;

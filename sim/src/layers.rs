@@ -102,7 +102,7 @@ fn scene_of(scene: &Scene, solver: &Choice, base: &GridSpec, number: usize) -> R
         } else {
             (intervals - 1e-3).ceil()
         };
-        if !(whole >= 2.0 && whole < 1e9) || (periodic && (whole - intervals).abs() > 1e-3) {
+        if !(2.0..1e9).contains(&whole) || (periodic && (whole - intervals).abs() > 1e-3) {
             return Err(BuildError::impossible(
                 format!("layer.{number}.solver.spacing"),
                 format!("samples {spacing} m apart do not divide the periodic domain of the base"),

@@ -1,6 +1,7 @@
 //! Bodies in shallow water against Archimedes, the theory of added mass and a laboratory; conservation; extremes.
 
 #![cfg(all(feature = "bodies", feature = "shallow-water"))]
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use meniscus_sim::events::{Action, EventError};
 use meniscus_sim::frame::BodyPose;

@@ -34,6 +34,7 @@ const SHALLOW: f32 = 10.0;
 const MOST_STEPS: u32 = 16;
 
 /// What the tile is made of.
+#[allow(clippy::large_enum_variant, reason = "there is one of it a solver")]
 enum Pattern {
     Noise {
         noise: GradientNoise,

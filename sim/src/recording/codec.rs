@@ -196,10 +196,12 @@ pub(crate) fn take<T: DeserializeOwned, const LIMIT: usize>(bytes: &[u8]) -> Res
     let (structure, rest) = rest.split_at(length);
     // Bincode allocates what a string claims to hold before it reads it, up to a limit that is fixed when compiling.
     // So that a small file cannot make it allocate much, small structures get a small one.
-    let decoded = match length {
-        0..=SMALL => decode::<T, SMALL>(structure),
-        ..=MEDIUM => decode::<T, MEDIUM>(structure),
-        _ => decode::<T, LIMIT>(structure),
+    let decoded = if length <= SMALL {
+        decode::<T, SMALL>(structure)
+    } else if length <= MEDIUM {
+        decode::<T, MEDIUM>(structure)
+    } else {
+        decode::<T, LIMIT>(structure)
     };
     let (value, used) = decoded.map_err(|e| format!("its structure: {e}"))?;
     if used != length {
