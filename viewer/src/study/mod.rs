@@ -26,6 +26,7 @@ mod scenes;
 mod schedule;
 #[cfg(test)]
 mod selftest;
+#[cfg(feature = "shallow-water")]
 mod shallow_water;
 #[cfg(feature = "sph")]
 mod sph;
@@ -139,6 +140,7 @@ pub fn all() -> Vec<&'static dyn Study> {
         #[cfg(all(feature = "bodies", feature = "shallow-water"))]
         &bodies::BodiesStudy,
         &wave_equation::WaveEquationStudy,
+        #[cfg(feature = "shallow-water")]
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
