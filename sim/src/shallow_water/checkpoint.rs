@@ -116,7 +116,8 @@ impl SplashMemory {
                 });
             }
         }
-        match self.foam.iter().position(|c| !(0.0..=1.0).contains(c)) {
+        // Interpolation swings a little beyond 0 and 1.
+        match self.foam.iter().position(|c| !(-1.0..=2.0).contains(c)) {
             Some(at) => Err(CheckpointError::Damaged {
                 what: "foam",
                 value: f64::from(self.foam[at]),

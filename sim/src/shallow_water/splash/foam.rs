@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 /// Distance that foam may travel between two advections, in spacings: what frames may lag behind by.
-const LAG: f64 = 0.49;
+const LAG: f64 = 0.5;
 /// Coverage below which there is no foam.
 const LEAST: f32 = 1e-3;
 
@@ -47,7 +47,7 @@ impl Foam {
     pub(crate) fn show(&self, j: usize, into: &mut [f32]) {
         let fade = self.fade();
         for (into, cover) in into.iter_mut().zip(&self.cover[j * self.width..]) {
-            *into = cover * fade;
+            *into = (cover * fade).clamp(0.0, 1.0);
         }
     }
 
@@ -65,15 +65,15 @@ impl Foam {
         self.pending = pending;
         self.cover.copy_from_slice(cover);
         for (row, any) in self.rows.iter_mut().enumerate() {
-            *any = cover[row * self.width..][..self.width].iter().any(|&c| c > 0.0);
+            *any = cover[row * self.width..][..self.width].iter().any(|&c| c != 0.0);
         }
     }
 
     /// Covers `share` more of what is still free in a cell.
     pub(crate) fn cover(&mut self, i: usize, j: usize, share: f64) {
         let cover = &mut self.cover[j * self.width + i];
-        *cover += (1.0 - *cover) * share.clamp(0.0, 1.0) as f32;
-        self.rows[j] |= *cover > 0.0;
+        *cover += (1.0 - *cover).max(0.0) * share.clamp(0.0, 1.0) as f32;
+        self.rows[j] |= *cover != 0.0;
     }
 
     /// Adds a disc of foam of `radius` m about a place given in cells. Its area is that of the disc however coarse the
@@ -151,8 +151,8 @@ impl Foam {
                     let v = mean_velocity(half, [w, h], wraps, &velocity);
                     let source = [x - scale * v[0], z - scale * v[1]];
                     let found = fade * interpolate(cover, source, [w, h], wraps);
-                    *value = if found < LEAST { 0.0 } else { found };
-                    *any |= *value > 0.0;
+                    *value = if found.abs() < LEAST { 0.0 } else { found };
+                    *any |= *value != 0.0;
                 }
             });
         std::mem::swap(&mut self.cover, &mut self.next);
@@ -196,26 +196,22 @@ fn mean_velocity(
     std::array::from_fn(|k| (a[k] * (1.0 - x) + b[k] * x) * (1.0 - z) + (c[k] * (1.0 - x) + d[k] * x) * z)
 }
 
-/// Cubic convolution (Keys 1981), held between the four nearest samples so that it makes no new extremes: coverage stays
-/// within 0 and 1, and even foam stays even.
+/// Cubic convolution (Keys 1981). It keeps the sum and the middle of what it carries, and even foam even. Beside sharp
+/// edges it swings a little beyond 0 and 1; that is kept, and cut only where foam is shown: held between its neighbours, or
+/// cut at 0, a blob lags by 2 % of its way and gains area.
 fn interpolate(values: &[f32], at: [f64; 2], size: [usize; 2], wraps: [bool; 2]) -> f32 {
     let (i, j) = (at[0].floor(), at[1].floor());
     let (wx, wz) = (weights((at[0] - i) as f32), weights((at[1] - j) as f32));
     let columns: [usize; 4] =
         std::array::from_fn(|k| nearest(i as isize + k as isize - 1, size[0], wraps[0]));
-    let (mut sum, mut low, mut high) = (0.0_f32, f32::INFINITY, f32::NEG_INFINITY);
+    let mut sum = 0.0_f32;
     for (m, wz) in wz.iter().enumerate() {
         let row = &values[nearest(j as isize + m as isize - 1, size[1], wraps[1]) * size[0]..];
         for (k, wx) in wx.iter().enumerate() {
-            let value = row[columns[k]];
-            sum += wz * wx * value;
-            if (1..=2).contains(&m) && (1..=2).contains(&k) {
-                low = low.min(value);
-                high = high.max(value);
-            }
+            sum += wz * wx * row[columns[k]];
         }
     }
-    sum.clamp(low, high)
+    sum
 }
 
 fn weights(f: f32) -> [f32; 4] {
@@ -250,13 +246,17 @@ mod tests {
         foam.splat([20.0, 20.0], 3.0);
         let before = foam.cover.iter().map(|&c| f64::from(c)).sum::<f64>();
         let (start, top) = centre(&foam);
+        let mut worst = 0.0_f64;
         for step in 1..=400 {
             foam.advance(0.0107, 1.25, |_, _| [1.0, 0.75]);
             let (now, _) = centre(&foam);
             let moved = 0.0107 * f64::from(step) / 0.5;
             let lag = (start[0] + moved - now[0]).hypot(start[1] + 0.75 * moved - now[1]);
-            assert!(lag < 0.5, "step {step}: {lag} samples");
+            worst = worst.max(lag);
         }
+        // Between advections foam lags by what it has not been carried yet; the rest is numerical.
+        println!("largest lag {worst} samples");
+        assert!(worst < 0.5, "{worst} samples");
         let after = foam.cover.iter().map(|&c| f64::from(c)).sum::<f64>();
         assert!((after / before - 1.0).abs() < 0.02, "{before} {after}");
         assert!(centre(&foam).1 > 0.85 * top);
