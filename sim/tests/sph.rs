@@ -187,7 +187,7 @@ fn a_drop_stretches_to_the_ellipse_of_theory() {
 }
 
 #[test]
-#[ignore = "not measured: see docs/numerics-sph.md, What does not hold"]
+#[ignore = "the period is wrong: see docs/numerics-sph.md, What does not hold"]
 fn water_sloshes_with_the_period_of_theory() {
     for (length, depth, listed) in [(1.0, 0.5, 1.1818), (1.0, 0.25, 1.3976)] {
         let settings = Settings {
@@ -248,7 +248,6 @@ fn assert_in_tank(fluid: &Fluid, what: &str) {
 }
 
 #[test]
-#[ignore = "mcg03 gains energy: see docs/numerics-sph.md, What does not hold"]
 fn stiff_and_extreme_cases_stay_in_the_tank_and_gain_no_energy() {
     let water = || Settings::water(0.025);
     let mcg03 = |stiffness| Settings {
@@ -467,7 +466,6 @@ fn dry_columns_are_dry_and_what_is_thrown_clear_is_a_droplet() {
 }
 
 #[test]
-#[ignore = "not measured: see docs/numerics-sph.md, What does not hold"]
 fn jets_fill_drains_empty_and_a_tilted_tank_leans() {
     let pour =
         "emitter = [{ position = [0.2, 0.1, 0.1], velocity = [0.0, -1.0, 0.0], radius = 0.03, end = 0.2 }]";
