@@ -43,6 +43,8 @@ pub(crate) struct FiniteVolume<T> {
     manning: f64,
     pub(super) tiles: Vec<Tile<T>>,
     pub(super) tiles_x: usize,
+    /// Whether the state was changed from outside since the last step.
+    pub(super) touched: bool,
 }
 
 /// Why a sub-step did not succeed.
@@ -122,6 +124,7 @@ impl<T: Real> FiniteVolume<T> {
             manning,
             tiles: vec![fresh; tiles_x * bands],
             tiles_x,
+            touched: true,
         }
     }
 
@@ -138,6 +141,7 @@ impl<T: Real> FiniteVolume<T> {
         for tile in &mut self.tiles {
             tile.awake = true;
         }
+        self.touched = true;
         &mut self.now
     }
 
@@ -178,6 +182,13 @@ impl<T: Real> FiniteVolume<T> {
             momentum_limit: of(self.quantum.depth_limit::<T>() * SPEED_LIMIT),
             friction: of(GRAVITY * self.manning * self.manning * dt),
         }
+    }
+
+    /// Fastest signal of the last step, m/s.
+    pub(super) fn fastest(&self) -> f64 {
+        self.tiles
+            .iter()
+            .fold(0.0, |all: f64, tile| all.max(tile.outcome.speed.to_f64()))
     }
 
     /// Fastest signal of the present state, m/s.
@@ -405,6 +416,7 @@ impl<T: Real> FiniteVolume<T> {
             }
         }
         self.boundary.fill_bed(&mut self.bed);
+        self.touched = true;
         for tile in &mut self.tiles {
             tile.awake = true;
         }
