@@ -134,15 +134,12 @@ impl<T: Real> pulp::WithSimd for Band<'_, T> {
                 };
                 tile::stream_row(k, volume, &stage, new, found);
             }
+            // Friction only slows water that was found slow.
             let inner = |r: usize| local(r).start + GHOSTS..local(r).start + GHOSTS + nx;
-            let [h, qx, qz, ..] = planes.each_ref().map(|p| &p[inner(r)]);
-            let z = &ground(r)[GHOSTS..GHOSTS + nx];
-            calm &= kernels::settled(k, h, z, qx, qz);
-            if r > start {
-                let above = (&planes[0][inner(r - 1)], &ground(r - 1)[GHOSTS..GHOSTS + nx]);
-                calm &= kernels::level_with(k, above, (h, z));
-            }
+            let new = |r: usize| (&planes[0][inner(r)], &ground(r)[GHOSTS..GHOSTS + nx]);
+            calm &= kernels::level(k, new(r.max(start + 1) - 1), new(r));
         }
+        calm &= found.iter().all(|found| !found.restless);
         for ((tile, moved), found) in tiles.iter_mut().zip(moved).zip(found) {
             tile.outcome = Outcome {
                 speed: found.signal(k),
@@ -224,7 +221,7 @@ impl<T: Real> Lattice<T> {
         };
         calm && (1..bands).all(|b| {
             let r = part(nz, bands, b) + GHOSTS;
-            kernels::level_with(k, row(r - 1), row(r))
+            kernels::level(k, row(r - 1), row(r))
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Where the lattice is at home.
 
-use super::{Constants, RowView, rise};
+use super::{Cell, Constants, RowView, rise};
 use crate::shallow_water::finite_volume::kernels::Row;
 use crate::shallow_water::real::Real;
 
@@ -29,33 +29,18 @@ pub(in super::super) fn calm<T: Real>(k: &Constants<T>, rows: [RowView<'_, T>; 3
     }
 }
 
-/// Whether any of the cells of a row is thin or fast, or its surface differs too much from that of the next cell:
-/// what [`calm`] asks, but of links rather than of cells. Rows hold depth, bed and momentum.
+/// Whether the surface of no cell of a row differs too much from that of the next one, nor from that of the cell beside
+/// it in `before`: what [`calm`] asks, but of links rather than of cells. Rows are depths and beds.
 #[inline(always)]
-pub(in super::super) fn settled<T: Real>(k: &Constants<T>, h: &[T], z: &[T], qx: &[T], qz: &[T]) -> bool {
-    let n = h.len();
-    let (z, qx, qz) = (&z[..n], &qx[..n], &qz[..n]);
+pub(in super::super) fn level<T: Real>(k: &Constants<T>, before: (&[T], &[T]), row: (&[T], &[T])) -> bool {
+    let m = row.0.len() - 1;
+    let (h, he, hb) = (&row.0[..m], &row.0[1..=m], &before.0[..=m]);
+    let (z, ze, zb) = (&row.1[..m], &row.1[1..=m], &before.1[..=m]);
+    let fine = |a: Cell<T>, b: Cell<T>| rise(a, b).abs() <= k.jump * a.0.smaller(b.0);
     let mut rough = 0_u32;
-    let limit = k.froude * k.gravity;
-    for c in 0..n {
-        let d = h[c];
-        let square = qx[c] * qx[c] + qz[c] * qz[c];
-        rough |= u32::from(!((d > k.thin) & (square <= limit * (d * d * d))));
+    for c in 0..m {
+        let here = (h[c], z[c]);
+        rough |= u32::from(!(fine((hb[c], zb[c]), here) & fine(here, (he[c], ze[c]))));
     }
-    let m = n - 1;
-    (rough == 0) & level_with(k, (&h[..m], &z[..m]), (&h[1..], &z[1..]))
-}
-
-/// Whether the surface of no cell of one row differs too much from that of the cell beside it in the other; rows of
-/// depth and bed.
-#[inline(always)]
-pub(in super::super) fn level_with<T: Real>(k: &Constants<T>, a: (&[T], &[T]), b: (&[T], &[T])) -> bool {
-    let n = a.0.len();
-    let (ha, za, hb, zb) = (a.0, &a.1[..n], &b.0[..n], &b.1[..n]);
-    let mut rough = 0_u32;
-    for c in 0..n {
-        let step = rise((ha[c], za[c]), (hb[c], zb[c])).abs();
-        rough |= u32::from(!(step <= k.jump * ha[c].smaller(hb[c])));
-    }
-    rough == 0
+    (rough == 0) & fine((hb[m], zb[m]), (row.0[m], row.1[m]))
 }

@@ -18,7 +18,7 @@ mod collide;
 mod stream;
 
 pub(super) use between::{Between, between};
-pub(super) use calm::{calm, level_with, settled};
+pub(super) use calm::{calm, level};
 pub(super) use collide::collided;
 pub(super) use stream::{Found, New, Old, Shear, Stage, faces_x, moves, stream, stream_moments};
 

@@ -61,11 +61,37 @@ impl<'a, T: Real> Stage<'a, T> {
         }
     }
 
+    /// The first `m` cells, with slices that the compiler knows to be so long.
+    #[inline(always)]
+    fn cut(&self, m: usize) -> Self {
+        let [hw, h, he] = self.h;
+        let [zw, z, ze] = self.z;
+        let [fw, f] = self.forth;
+        let [b, be] = self.back;
+        let ([u0, u1, u2], [d0, d1, d2]) = (self.up, self.down);
+        let [[t0, t1], [t2, t3]] = self.turns;
+        let [first, last] = self.faces;
+        Self {
+            h: [&hw[..m], &h[..m], &he[..m]],
+            z: [&zw[..m], &z[..m], &ze[..m]],
+            forth: [&fw[..m], &f[..m]],
+            back: [&b[..m], &be[..m]],
+            up: [&u0[..m], &u1[..m], &u2[..m]],
+            down: [&d0[..m], &d1[..m], &d2[..m]],
+            turns: [[&t0[..m], &t1[..m]], [&t2[..m], &t3[..m]]],
+            faces: [&first[..m], &last[..m]],
+        }
+    }
+
     /// Surface terms of the links to the cells before and behind.
     #[inline(always)]
     fn surfaces(&self, k: &Constants<T>, c: usize) -> [T; 2] {
-        let [w, a, e] = [0, 1, 2].map(|n| (self.h[n][c], self.z[n][c]));
-        [surface(k.sixth, w, a), surface(k.sixth, a, e)]
+        let ([hw, h, he], [zw, z, ze]) = (self.h, self.z);
+        let here = (h[c], z[c]);
+        [
+            surface(k.sixth, (hw[c], zw[c]), here),
+            surface(k.sixth, here, (he[c], ze[c])),
+        ]
     }
 
     /// Depths that cross the faces to −X and +X, multiples of the quantum.
@@ -81,8 +107,10 @@ impl<'a, T: Real> Stage<'a, T> {
     #[inline(always)]
     fn arrived(&self, c: usize, [sw, se]: [T; 2]) -> Arrived<T> {
         let (px, nx) = (self.forth[0][c] - sw, self.back[1][c] + se);
-        let [pz, pp, np] = self.up.map(|x| x[c]);
-        let [nz, nn, pn] = self.down.map(|x| x[c]);
+        let [up_z, up_plus, up_minus] = self.up;
+        let (pz, pp, np) = (up_z[c], up_plus[c], up_minus[c]);
+        let [down_z, down_minus, down_plus] = self.down;
+        let (nz, nn, pn) = (down_z[c], down_minus[c], down_plus[c]);
         let (plus, minus) = (pp + nn, pn + np);
         let (forth, across) = (pp - nn, pn - np);
         Arrived {
@@ -98,7 +126,7 @@ impl<'a, T: Real> Stage<'a, T> {
 /// Depth that crosses the faces to +X of a row, multiples of the quantum, m: entries `1 ..= m` of `out`.
 #[inline(always)]
 pub(in super::super) fn faces_x<T: Real>(k: &Constants<T>, m: usize, stage: &Stage<'_, T>, out: &mut Row<T>) {
-    let out = &mut out[1..=m];
+    let (out, stage) = (&mut out[1..=m], stage.cut(m));
     for c in 0..m {
         out[c] = stage.faces_x(k, c, stage.surfaces(k, c))[1];
     }
@@ -133,6 +161,8 @@ pub(in super::super) struct New<'a, T> {
 pub(in super::super) struct Found<T: Real> {
     /// Whether anything moves or is stressed in the new state.
     pub(in super::super) moves: bool,
+    /// Whether some of the water is thin or fast.
+    pub(in super::super) restless: bool,
     /// Bits of [`flag`]: [`flag::ALIVE`] if a depth changed.
     pub(in super::super) flags: u32,
     deepest: T::Bits,
@@ -143,6 +173,7 @@ impl<T: Real> Found<T> {
     pub(in super::super) fn nothing() -> Self {
         Self {
             moves: false,
+            restless: false,
             flags: 0,
             deepest: T::ZERO.bits(),
             fastest: T::ZERO.bits(),
@@ -167,9 +198,12 @@ pub(in super::super) fn stream<T: Real>(
 ) {
     let New { h, qx, qz, moments } = new;
     let m = h.len();
+    let stage = stage.cut(m);
     let (qx, qz) = (&mut qx[..m], &mut qz[..m]);
     let [xx, zz, xz] = moments.map(|x| &mut x[..m]);
-    let (mut moves, mut changes, mut deep, mut broken) = (0_u32, 0_u32, 0_u32, 0_u32);
+    let (mut moves, mut changes, mut restless) = (0_u32, 0_u32, 0_u32);
+    let (mut deep, mut broken) = (0_u32, 0_u32);
+    let froude = k.froude * k.gravity;
     let (mut deepest, mut fastest) = (found.deepest, found.fastest);
     for c in 0..m {
         let surfaces = stage.surfaces(k, c);
@@ -185,6 +219,9 @@ pub(in super::super) fn stream<T: Real>(
         let stress = (kept_xx.abs() + kept_zz.abs()) + kept_xz.abs();
         moves |= u32::from(motion + stress > T::ZERO);
         changes |= u32::from((depth - old).abs() > T::ZERO);
+        // As `calm` asks.
+        let square = jx * jx + jz * jz;
+        restless |= u32::from(!((depth > k.thin) & (square <= froude * (depth * depth * depth))));
         deep |= u32::from(depth >= limits[0]);
         // Written so that NaN counts as broken.
         broken |= u32::from(!(motion < limits[1])) | u32::from(!(depth >= T::ZERO));
@@ -195,6 +232,7 @@ pub(in super::super) fn stream<T: Real>(
     }
     *found = Found {
         moves: found.moves | (moves != 0),
+        restless: found.restless | (restless != 0),
         flags: found.flags | (changes * flag::ALIVE) | (deep * flag::DEEP) | (broken * flag::BROKEN),
         deepest,
         fastest,
@@ -219,6 +257,7 @@ pub(in super::super) fn stream_moments<T: Real>(
     moments: [&mut [T]; 3],
 ) {
     let m = new.len();
+    let stage = stage.cut(m);
     let [xx, zz, xz] = moments.map(|x| &mut x[..m]);
     let columns = first..first + m;
     let (pure, calm) = (&pure[columns.clone()], &calm[columns.clone()]);
@@ -237,11 +276,13 @@ pub(in super::super) fn stream_moments<T: Real>(
             twice * (k.guess.mixed * (p * (xv[c] + zu[c]))),
         ];
         let (whole, deep) = (pure[c] > T::ZERO, calm[c] > T::ZERO);
-        let of = |n: usize| {
-            let guess = if deep { slopes[n] } else { T::ZERO };
-            if whole { streamed[n] } else { guess }
+        let of = |streamed: T, slopes: T| {
+            let guess = if deep { slopes } else { T::ZERO };
+            if whole { streamed } else { guess }
         };
-        (xx[c], zz[c], xz[c]) = (of(0), of(1), of(2));
+        xx[c] = of(streamed[0], slopes[0]);
+        zz[c] = of(streamed[1], slopes[1]);
+        xz[c] = of(streamed[2], slopes[2]);
     }
 }
 
