@@ -397,6 +397,7 @@ impl Situation {
                 spacing: scene.grid.spacing,
                 scheme,
                 manning: 0.0,
+                smagorinsky: 0.0,
                 courant: None,
                 film_depth: None,
                 relaxation: None,

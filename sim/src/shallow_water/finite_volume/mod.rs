@@ -6,6 +6,7 @@ pub(crate) mod tile;
 
 use super::boundary::Boundary;
 use super::checkpoint::TileMemory;
+use super::eddies::Eddies;
 use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
@@ -45,6 +46,7 @@ pub(crate) struct FiniteVolume<T> {
     pub(super) tiles_x: usize,
     /// Whether the state was changed from outside since the last step.
     pub(super) touched: bool,
+    pub(super) eddies: Option<Eddies<T>>,
 }
 
 /// Why a sub-step did not succeed.
@@ -125,6 +127,7 @@ impl<T: Real> FiniteVolume<T> {
             tiles: vec![fresh; tiles_x * bands],
             tiles_x,
             touched: true,
+            eddies: None,
         }
     }
 
@@ -167,6 +170,7 @@ impl<T: Real> FiniteVolume<T> {
         7 * self.layout.len() * size_of::<T>()
             + self.tiles.len() * size_of::<Tile<T>>()
             + self.boundary.bytes()
+            + self.eddies.as_ref().map_or(0, Eddies::bytes)
     }
 
     pub(super) fn constants(&self, dt: f64) -> Constants<T> {
