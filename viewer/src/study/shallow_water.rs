@@ -13,6 +13,7 @@ use meniscus_sim::shallow_water::{
     DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, ShallowWater,
 };
 use meniscus_sim::solver::StepError;
+use meniscus_sim::solvers::GRAVITY;
 use meniscus_sim::{GridSpec, Solver};
 use std::sync::Arc;
 
@@ -157,6 +158,7 @@ impl Study for ShallowWaterStudy {
     fn cases(&self, quick: bool) -> anyhow::Result<Vec<Case>> {
         let mut cases: Vec<Case> = Problem::ALL.iter().map(|p| exact(*p, quick)).collect();
         cases.extend(LAKES.iter().map(|lake| lake_at_rest(*lake)));
+        cases.push(deep_waves(quick));
         cases.push(stormy_box());
         match Monai::find() {
             Some(folder) => {
@@ -251,6 +253,63 @@ fn truth(problem: Problem) -> &'static str {
             "The dam break onto water with the dam across the diagonal of the grid; the truth is the straight one's, the \
              resolution counts cells along the normal of the dam."
         }
+    }
+}
+
+/// Relative L2 error of the elevation.
+const WAVE: &str = "relative L2 error of elevation";
+
+/// Waves low and slow enough for the linear theory, over deep water: where schemes differ by how they damp and delay
+/// short waves.
+fn deep_waves(quick: bool) -> Case {
+    const DEPTH: f64 = 1.0;
+    const LENGTH: f64 = 20.0;
+    const HEIGHT: f64 = 1e-4;
+    const PERIODS: f64 = 5.0;
+    let resolutions: &[u32] = if quick {
+        &[8, 12, 16, 24, 32]
+    } else {
+        &[8, 12, 16, 24, 32, 48, 64]
+    };
+    let mut runs = Vec::new();
+    for scheme in Scheme::ALL {
+        for &cells in resolutions {
+            runs.push(scheme.run(cells, move |probe| {
+                let spec = GridSpec::new(
+                    Vec2::ZERO,
+                    LENGTH as f32 / cells as f32,
+                    UVec2::splat(2 * cells),
+                )?;
+                let spacing = f64::from(spec.spacing);
+                // Crests in the middle of a cell, so that walls half a cell beyond the outermost samples lie on crests.
+                let k = std::f64::consts::TAU / (spacing * f64::from(cells));
+                let phase = 0.5 * spacing;
+                let shape = move |x: f64, z: f64| (k * (x + phase)).cos() * (k * (z + phase)).cos();
+                let initial = Initial::still(&spec, |x, z| (-DEPTH, HEIGHT * shape(x, z)));
+                let mut solver = ShallowWater::new(spec, &initial, scheme.settings())?;
+                let frequency = (GRAVITY * DEPTH).sqrt() * k * std::f64::consts::SQRT_2;
+                let end = PERIODS * std::f64::consts::TAU / frequency;
+                probe.time(|| solver.advance(end as f32))?;
+                let swing = (frequency * solver.time()).cos();
+                let (mut error, mut size) = (0.0, 0.0);
+                for (n, found) in solver.elevations().into_iter().enumerate() {
+                    let at = |n: usize| spacing * n as f64;
+                    let exact = HEIGHT * shape(at(n % spec.width()), at(n / spec.width()));
+                    error += (found - swing * exact).powi(2);
+                    size += exact * exact;
+                }
+                Ok(Outcome::of(WAVE, (error / size).sqrt()))
+            }));
+        }
+    }
+    Case {
+        name: "deep waves",
+        truth: "Standing waves 0.1 mm high and 20 m long along both axes between walls in 1 m of water, after 5 periods: linear \
+                theory, whose own error is of the order of the height over the depth a period."
+            .to_owned(),
+        resolution: "cells a wavelength",
+        curves: Curves::standard(WAVE),
+        runs,
     }
 }
 

@@ -1,7 +1,8 @@
 //! How far each scheme can be pushed: the tables of `docs/numerics-lattice.md`.
 //!
 //! A run survives if no step is refused, no depth is negative, every value is finite, no water is lost and the energy
-//! never passes that of the start by more than a thousandth.
+//! never passes that of the start by more than a hundredth: the first steps of an edge sharper than a cell may gain some
+//! thousandths, and a run that dies gains without bound.
 
 use crate::grid::GridSpec;
 use crate::rng::Rng;
@@ -209,7 +210,7 @@ fn survives(spec: &GridSpec, initial: &Initial, settings: Settings, steps: u32) 
             return false;
         };
         step = 0.99 * report.largest_stable_step;
-        let sound = report.energy <= start.energy + 1e-3 * start.energy.abs()
+        let sound = report.energy <= start.energy + 1e-2 * start.energy.abs()
             && (report.mass - start.mass).abs() <= 1e-12 * start.mass;
         if !sound {
             return false;
@@ -219,7 +220,8 @@ fn survives(spec: &GridSpec, initial: &Initial, settings: Settings, steps: u32) 
     solver.depths().into_iter().zip(solver.discharges()).all(sound)
 }
 
-/// Whether white noise of a thousandth of the depth on a flow of Froude 0.2 only falls, over 1500 steps.
+/// Whether white noise of a thousandth of the depth on a flow of Froude 0.2 falls to a tenth of its height and less in
+/// 1500 steps.
 fn noise(settings: Settings) -> bool {
     let Ok(spec) = GridSpec::new(Vec2::ZERO, 1.0, UVec2::splat(48)) else {
         return false;
@@ -241,9 +243,6 @@ fn noise(settings: Settings) -> bool {
             return false;
         };
         step = 0.999 * report.largest_stable_step;
-        if !(size(&solver) <= 1.01 * start) {
-            return false;
-        }
     }
-    true
+    size(&solver) <= 0.01 * start
 }
