@@ -280,7 +280,10 @@ fn the_limits_of_the_schemes_are_those_of_the_page() {
     );
     for row in &relaxations {
         // Finite volumes take over wherever water is not calm.
-        assert!(row.scheme != "lattice" || (row.shear && row.ratio >= 1e6), "{row:?}");
+        assert!(
+            row.scheme != "lattice" || (row.shear && row.ratio >= 1e6),
+            "{row:?}"
+        );
     }
     for row in &steps {
         assert!(row.survives >= row.default, "{row:?}");

@@ -419,7 +419,9 @@ impl Jet {
 fn spread(jet: &Jet, half: f64, time: f64, square: f64, viscosity: impl Fn(f64) -> f64) -> (f64, Vec<f64>) {
     let n = 400;
     let dz = 2.0 * half / f64::from(n);
-    let mut u: Vec<f64> = (0..=n).map(|i| jet.at(f64::from(i) * dz - half, jet.s0)).collect();
+    let mut u: Vec<f64> = (0..=n)
+        .map(|i| jet.at(f64::from(i) * dz - half, jet.s0))
+        .collect();
     let dt = 0.1 * dz * dz / 0.05;
     let steps = (time / dt).ceil();
     let dt = time / steps;
@@ -476,9 +478,19 @@ fn a_jet_spreads_as_its_eddies_say() {
             assert!(worst < 2e-3 * SPEED, "{worst}");
         }
         for along_x in [true, false] {
-            let spec = if along_x { grid(3, 64, 1.0) } else { grid(64, 3, 1.0) };
+            let spec = if along_x {
+                grid(3, 64, 1.0)
+            } else {
+                grid(64, 3, 1.0)
+            };
             let middle = 31.5;
-            let across = |x: f64, z: f64| if along_x { z - 7.0 - middle } else { x + 3.0 - middle };
+            let across = |x: f64, z: f64| {
+                if along_x {
+                    z - 7.0 - middle
+                } else {
+                    x + 3.0 - middle
+                }
+            };
             let run = |smagorinsky: f64| {
                 let initial = Initial::moving(&spec, |x, z| {
                     let u = jet.at(across(x, z), jet.s0);

@@ -2,8 +2,8 @@
 
 use super::edges::Edges;
 use super::settings::{
-    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_SMAGORINSKY, LatticeSettings, Method, Precision, Settings, SetupError,
-    position,
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_SMAGORINSKY, LatticeSettings, Method, Precision,
+    Settings, SetupError, position,
 };
 use super::solver::ShallowWater;
 use super::splash::SplashSettings;

@@ -26,8 +26,8 @@ mod totals;
 pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{
-    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LARGEST_SMAGORINSKY, LatticeSettings, Method, Precision,
-    Settings, SetupError, position,
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LARGEST_SMAGORINSKY, LatticeSettings,
+    Method, Precision, Settings, SetupError, position,
 };
 pub use solver::ShallowWater;
 pub use splash::{Ledger, SplashSettings};

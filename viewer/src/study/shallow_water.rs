@@ -8,7 +8,7 @@ use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::rng::Rng;
 use meniscus_sim::shallow_water::analytic::BumpFlow;
 use meniscus_sim::shallow_water::cases::{Case as Problem, CaseError, Options};
-use meniscus_sim::shallow_water::monai::Monai;
+use meniscus_sim::shallow_water::monai::{Monai, MonaiError};
 use meniscus_sim::shallow_water::{
     DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, ShallowWater,
 };
@@ -113,8 +113,8 @@ fn bgk() -> Method {
 
 /// A run that left the range in which its scheme can be trusted and said so is a result; any other error is a failure.
 fn refusal(error: anyhow::Error) -> anyhow::Result<Outcome> {
-    let step = match error.downcast_ref() {
-        Some(CaseError::Step(step)) => Some(step),
+    let step = match (error.downcast_ref(), error.downcast_ref()) {
+        (Some(CaseError::Step(step)), _) | (_, Some(MonaiError::Step(step))) => Some(step),
         _ => error.downcast_ref::<StepError>(),
     };
     match step {
@@ -275,11 +275,7 @@ fn deep_waves(quick: bool) -> Case {
     for scheme in Scheme::ALL {
         for &cells in resolutions {
             runs.push(scheme.run(cells, move |probe| {
-                let spec = GridSpec::new(
-                    Vec2::ZERO,
-                    LENGTH as f32 / cells as f32,
-                    UVec2::splat(2 * cells),
-                )?;
+                let spec = GridSpec::new(Vec2::ZERO, LENGTH as f32 / cells as f32, UVec2::splat(2 * cells))?;
                 let spacing = f64::from(spec.spacing);
                 // Crests in the middle of a cell, so that walls half a cell beyond the outermost samples lie on crests.
                 let k = std::f64::consts::TAU / (spacing * f64::from(cells));

@@ -181,7 +181,10 @@ impl<T: Real> Lattice<T> {
             .collect();
         let mut rest = whole.map(|p| &mut p[layout.interior()]);
         let mut jobs = Vec::with_capacity(bands);
-        let tiles = water.tiles.chunks_mut(tiles_x).zip(self.moved.chunks_mut(tiles_x));
+        let tiles = water
+            .tiles
+            .chunks_mut(tiles_x)
+            .zip(self.moved.chunks_mut(tiles_x));
         for ((b, rims), (tiles, moved)) in rims.into_iter().enumerate().zip(tiles) {
             let (from, to) = (part(nz, bands, b), part(nz, bands, b + 1));
             let values = (to - from) * stride;
@@ -192,8 +195,11 @@ impl<T: Real> Lattice<T> {
         }
         let bed = &water.bed[..];
         let arch = pulp::Arch::new();
+        // A thread keeps its scratch over several bands.
+        let together = bands.div_ceil(4 * rayon::current_num_threads());
         let calm = jobs
             .into_par_iter()
+            .with_min_len(together)
             .map_init(
                 || Scratch::new(stride),
                 |scratch, (planes, rims, first_row, tiles, moved)| {

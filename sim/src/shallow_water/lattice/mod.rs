@@ -392,10 +392,7 @@ impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
                 (outcome, true)
             }
             Water::Mixed => (tile::mix(k, volume, source, sink, extent, scratch), false),
-            Water::Restless => (
-                tile::restless(volume, source, sink, extent, scratch),
-                false,
-            ),
+            Water::Restless => (tile::restless(volume, source, sink, extent, scratch), false),
         }
     }
 }

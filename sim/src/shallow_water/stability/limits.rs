@@ -131,9 +131,10 @@ pub fn steps() -> Vec<LargestStep> {
 
 /// Both tables in Markdown.
 pub fn markdown(relaxations: &[AtRelaxation], steps: &[LargestStep]) -> String {
-    let mut text = "| τ | bgk, shear layers | lattice, shear layers | bgk, depth ratio | lattice, depth ratio |\n\
+    let mut text =
+        "| τ | bgk, shear layers | lattice, shear layers | bgk, depth ratio | lattice, depth ratio |\n\
                     |---|---|---|---|---|\n"
-        .to_owned();
+            .to_owned();
     for relaxation in RELAXATIONS {
         let of = |scheme: &str| {
             relaxations

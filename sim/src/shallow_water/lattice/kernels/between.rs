@@ -46,14 +46,38 @@ pub(in super::super) fn between<T: Real>(
     let [(hr, zr), (hn, zn)] = rows;
     let diagonal = T::QUARTER * k.sixth;
     let half = |x: T| T::HALF * x;
-    let (hw, h, he) = (&hr[first - 1..first - 1 + m], &hr[first..first + m], &hr[first + 1..=first + m]);
-    let (zw, z, ze) = (&zr[first - 1..first - 1 + m], &zr[first..first + m], &zr[first + 1..=first + m]);
-    let (nhw, nh, nhe) = (&hn[first - 1..first - 1 + m], &hn[first..first + m], &hn[first + 1..=first + m]);
-    let (nzw, nz, nze) = (&zn[first - 1..first - 1 + m], &zn[first..first + m], &zn[first + 1..=first + m]);
+    let (hw, h, he) = (
+        &hr[first - 1..first - 1 + m],
+        &hr[first..first + m],
+        &hr[first + 1..=first + m],
+    );
+    let (zw, z, ze) = (
+        &zr[first - 1..first - 1 + m],
+        &zr[first..first + m],
+        &zr[first + 1..=first + m],
+    );
+    let (nhw, nh, nhe) = (
+        &hn[first - 1..first - 1 + m],
+        &hn[first..first + m],
+        &hn[first + 1..=first + m],
+    );
+    let (nzw, nz, nze) = (
+        &zn[first - 1..first - 1 + m],
+        &zn[first..first + m],
+        &zn[first + 1..=first + m],
+    );
     let (f, g) = (&f.0, &g.0);
-    let (f2, f4w, f4) = (&f[2][first..first + m], &f[4][first - 1..first - 1 + m], &f[4][first..first + m]);
+    let (f2, f4w, f4) = (
+        &f[2][first..first + m],
+        &f[4][first - 1..first - 1 + m],
+        &f[4][first..first + m],
+    );
     let (f7, f7e) = (&f[7][first..first + m], &f[7][first + 1..=first + m]);
-    let (g3, g5, g5e) = (&g[3][first..first + m], &g[5][first..first + m], &g[5][first + 1..=first + m]);
+    let (g3, g5, g5e) = (
+        &g[3][first..first + m],
+        &g[5][first..first + m],
+        &g[5][first + 1..=first + m],
+    );
     let (g6w, g6) = (&g[6][first - 1..first - 1 + m], &g[6][first..first + m]);
     // The square before the first column.
     let square = {

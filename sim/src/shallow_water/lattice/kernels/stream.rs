@@ -45,7 +45,11 @@ impl<'a, T: Real> Stage<'a, T> {
         star: &'a Star<T>,
         [before, behind]: [&'a Between<T>; 2],
     ) -> Self {
-        let (w, c, e) = (first - 1..first - 1 + m, first..first + m, first + 1..first + 1 + m);
+        let (w, c, e) = (
+            first - 1..first - 1 + m,
+            first..first + m,
+            first + 1..first + 1 + m,
+        );
         let of = |x: &'a [T]| [&x[w.clone()], &x[c.clone()], &x[e.clone()]];
         let here = |x: &'a Vec<T>| &x[c.clone()];
         let turns = |b: &'a Between<T>| [&b.turn[w.clone()], &b.turn[c.clone()]];

@@ -102,10 +102,7 @@ pub(in super::super) fn mix<T: Real>(
         put(n, &mixed[2].z, &mut s.z[2]);
         s.x.rotate_left(1);
         volumes::faces_x(volume, here.z, &s.cells[2], &mut s.x[2], &mut s.speed);
-        let old = Old {
-            h: here.h,
-            z: here.z,
-        };
+        let old = Old { h: here.h, z: here.z };
         let stage = Stage::new(1, n - 2, old, &stars[3], [&between[2], &between[3]]);
         kernels::faces_x(k, n - 2, &stage, face_x);
         faces::along_x(
