@@ -446,7 +446,7 @@ fn a_jet_spreads_as_its_eddies_say() {
     const SPEED: f64 = 0.9;
     const C: f64 = 0.2;
     let (half, square) = (32.0, C * C);
-    let jet = Jet::new(12.0, SPEED);
+    let jet = Jet::new(8.0, SPEED);
     let time = 2.0 * jet.s0 / square;
     let gh = 9.81 * DEPTH;
     let slow = LatticeSettings::default();
