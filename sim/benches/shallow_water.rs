@@ -66,18 +66,6 @@ fn waves(x: f64, z: f64, noise: f64) -> (f64, f64) {
     (ground, 0.01 * (0.2 * x).sin() * (0.15 * z).cos())
 }
 
-/// The same hills under waves too steep for the lattice.
-fn steep(x: f64, z: f64, noise: f64) -> (f64, f64) {
-    (waves(x, z, noise).0, 0.1 * (1.5 * x).sin() * (1.4 * z).cos())
-}
-
-/// The same waves over hills that reach to a tenth of a metre below the surface every 60 m.
-fn shoals(x: f64, z: f64, noise: f64) -> (f64, f64) {
-    let (ground, surface) = waves(x, z, noise);
-    let shoal = ((0.1 * x).sin() * (0.1 * z).cos()).powi(4);
-    (ground + 1.3 * shoal, surface)
-}
-
 /// A pond of 20 m in dry hills.
 fn pond(x: f64, z: f64, noise: f64) -> (f64, f64) {
     let (x, z) = (x - 100.0, z - 100.0);
@@ -176,26 +164,6 @@ fn lattice_f64<const THREADS: usize>(bencher: Bencher, side: u32) {
         bencher,
         THREADS,
         solver(side, lattice(), Precision::Double, waves),
-    );
-}
-
-/// Nothing is calm: finite volumes under the lattice's bookkeeping.
-#[divan::bench(args = [256, 1024], consts = [1, 2], sample_count = 7, sample_size = 1)]
-fn lattice_restless<const THREADS: usize>(bencher: Bencher, side: u32) {
-    measure(
-        bencher,
-        THREADS,
-        solver(side, lattice(), Precision::Single, steep),
-    );
-}
-
-/// Calm and restless cells in every tile.
-#[divan::bench(args = [256, 1024], consts = [1, 2], sample_count = 7, sample_size = 1)]
-fn lattice_mixed<const THREADS: usize>(bencher: Bencher, side: u32) {
-    measure(
-        bencher,
-        THREADS,
-        solver(side, lattice(), Precision::Single, shoals),
     );
 }
 

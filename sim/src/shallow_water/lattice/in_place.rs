@@ -143,7 +143,7 @@ impl<T: Real> pulp::WithSimd for Band<'_, T> {
         for ((tile, moved), found) in tiles.iter_mut().zip(moved).zip(found) {
             tile.outcome = Outcome {
                 speed: found.signal(k),
-                flags: found.flags | u32::from(*moved | found.moves) * flag::ALIVE,
+                flags: found.flags | (u32::from(*moved | found.moves) * flag::ALIVE),
             };
             *moved = found.moves;
         }

@@ -191,7 +191,7 @@ pub(super) fn stream<T: Real>(
     }
     Outcome {
         speed: found.signal(k),
-        flags: found.flags | u32::from(moved | found.moves) * flag::ALIVE,
+        flags: found.flags | (u32::from(moved | found.moves) * flag::ALIVE),
     }
 }
 
