@@ -452,7 +452,8 @@ fn a_jet_spreads_as_its_eddies_say() {
     let slow = LatticeSettings::default();
     // The step in seconds, and what each scheme adds of its own to a shear flow: (τ − ½) Δt times the moment of third
     // order that carries momentum across, e²/3 with Δx = 1 m for `bgk` and g h/2 for `lattice`.
-    let own: [(Method, f64, Box<dyn Fn(f64) -> f64>); 3] = [
+    type Viscosity = Box<dyn Fn(f64) -> f64>;
+    let own: [(Method, f64, Viscosity); 3] = [
         (Method::FiniteVolume, 0.1, Box::new(|_| 0.0)),
         (
             Method::Bgk { relaxation: 0.505 },
