@@ -23,8 +23,6 @@ const REACH: f64 = 0.8;
 const LARGEST_FROUDE: f64 = 1.0;
 /// Share of the largest depth, rounded up to a power of two, below which a cell takes no part.
 const THIN: f64 = 0.01;
-/// Growth of the energy of motion beyond that of the last change from outside from which a run counts as unstable.
-const GROWTH: f64 = 1.05;
 /// Change of the step that is worth a change of the lattice.
 const SAME: f64 = 1e-9;
 
@@ -36,17 +34,6 @@ pub(crate) struct Bgk<T> {
     pub(super) populations: Vec<Vec<T>>,
     /// Length of the step that they belong to, s; 0 before the first, when they are at equilibrium.
     pub(super) step: f64,
-    /// What the energy may not pass while nothing drives the water; absent where it is still to be found.
-    budget: Option<Budget>,
-}
-
-/// Energies over density and cell area, m³/s²·m.
-#[derive(Clone, Copy, Debug)]
-struct Budget {
-    /// Of the state at which it was drawn up.
-    energy: f64,
-    /// The part of it that is motion or could become it.
-    motion: f64,
 }
 
 /// The largest values of a state.
@@ -60,12 +47,6 @@ struct Extremes {
     least: (f64, [usize; 2]),
     deepest: f64,
     broken: bool,
-    /// Σ ½ g h² + g h z over all cells and ½ h |u|² over those that take part.
-    energy: f64,
-    /// Of that, motion.
-    kinetic: f64,
-    /// Sums over the cells that take part: their number, η and η².
-    surface: [f64; 3],
 }
 
 /// Populations of a band's outermost neighbours before anything is overwritten.
@@ -82,7 +63,6 @@ impl<T: Real> Bgk<T> {
             relaxation,
             populations: vec![vec![T::ZERO; len]; DIRECTIONS],
             step: 0.0,
-            budget: None,
         }
     }
 
@@ -124,15 +104,7 @@ impl<T: Real> Bgk<T> {
                     found.least = (h, [i, j]);
                 }
                 found.deepest = found.deepest.max(h);
-                let eta = h + self.water.bed[k].to_f64();
-                found.energy += GRAVITY * h * (eta - 0.5 * h);
                 if h > thin {
-                    let kinetic = 0.5 * (qx * qx + qz * qz) / h;
-                    found.kinetic += kinetic;
-                    found.energy += kinetic;
-                    found.surface[0] += 1.0;
-                    found.surface[1] += eta;
-                    found.surface[2] += eta * eta;
                     let (u, v) = (qx / h, qz / h);
                     let square = (u * u + v * v) / (GRAVITY * h);
                     if square > found.froude.0 {
@@ -153,9 +125,6 @@ impl<T: Real> Bgk<T> {
             least: if b.least.0 < a.least.0 { b.least } else { a.least },
             deepest: a.deepest.max(b.deepest),
             broken: a.broken || b.broken,
-            energy: a.energy + b.energy,
-            kinetic: a.kinetic + b.kinetic,
-            surface: std::array::from_fn(|n| a.surface[n] + b.surface[n]),
         })
         .unwrap_or_default()
     }
@@ -181,15 +150,6 @@ impl<T: Real> Bgk<T> {
             return Err(Refusal::TooFast(weighted));
         }
         self.check(&before)?;
-        // Water that crosses an edge brings energy, and so does whoever acts on it.
-        if std::mem::take(&mut self.water.touched) || self.budget.is_none() {
-            let [count, sum, squares] = before.surface;
-            let lifted = 0.5 * GRAVITY * (squares - sum * sum / count.max(1.0)).max(0.0);
-            self.budget = Some(Budget {
-                energy: before.energy,
-                motion: before.kinetic + lifted,
-            });
-        }
         let base = self.water.base;
         let film = self.water.film();
         self.water
@@ -203,7 +163,7 @@ impl<T: Real> Bgk<T> {
             self.forget();
             return Err(Refusal::Broken);
         }
-        if let Err(refusal) = self.check(&after).and_then(|()| self.check_energy(&after)) {
+        if let Err(refusal) = self.check(&after) {
             self.forget();
             return Err(refusal);
         }
@@ -240,29 +200,6 @@ impl<T: Real> Bgk<T> {
             return refuse("Froude number", froude, LARGEST_FROUDE, found.froude.1, elsewhere);
         }
         Ok(())
-    }
-
-    /// Whether the energy has kept within its budget, where nothing but the water itself could add to it. Noise that is
-    /// high or a relaxation time that is short makes this scheme grow.
-    fn check_energy(&self, found: &Extremes) -> Result<(), Refusal> {
-        let Some(budget) = self
-            .budget
-            .filter(|_| !self.water.boundary.foreign().contains(&true))
-        else {
-            return Ok(());
-        };
-        let motion = budget.motion + (found.energy - budget.energy);
-        // The sum rounds in the last places of the whole energy.
-        if motion <= GROWTH * budget.motion + 1e-12 * budget.energy.abs() {
-            return Ok(());
-        }
-        Err(Refusal::OutOfRange {
-            quantity: "energy of motion in units of that at the start",
-            value: motion / budget.motion,
-            limit: GROWTH,
-            at: found.froude.1,
-            remedy: "raise `solver.relaxation` to 0.8 or more, or use `solver.scheme = \"lattice\"` or \"finite-volume\"",
-        })
     }
 
     /// Starts the populations again from depth and momentum, after a step that was not taken.
