@@ -9,13 +9,13 @@ const KOSCHMIEDER: f32 = 3.912;
 const HAZE_TINT: Vec3 = Vec3::new(0.75, 1.0, 1.4);
 
 /// Share of light left after `length` metres of air with that visual range; `None` where haze does not show.
-pub(crate) fn transmittance(visual_range: Option<f32>, length: f32) -> Option<Vec3> {
+pub fn transmittance(visual_range: Option<f32>, length: f32) -> Option<Vec3> {
     let left = (HAZE_TINT * (-KOSCHMIEDER * length / visual_range?)).exp();
     (left.min_element() <= 0.9999).then_some(left)
 }
 
 /// Haze over a way through the air: what is lost is replaced by the colour of the horizon.
-pub(crate) fn through(
+pub fn through(
     light: &Light,
     visual_range: Option<f32>,
     seen: Vec3,

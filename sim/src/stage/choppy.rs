@@ -5,7 +5,7 @@
 //! not fold over itself (|∂D/∂x| < 1). Where it nearly folds, the last iterate is taken: a sharp crest.
 
 use glam::{BVec2, DVec2, Vec2};
-use meniscus_sim::Grid;
+use crate::Grid;
 use rayon::prelude::*;
 
 const ITERATIONS: usize = 24;
@@ -13,7 +13,7 @@ const ITERATIONS: usize = 24;
 const CLOSE: f64 = 1e-4;
 
 /// Heights over the samples' own places, of elevations that are displaced by `displacement` (metres).
-pub(crate) fn undisplaced(
+pub fn undisplaced(
     elevation: &Grid<f32>,
     displacement: &Grid<Vec2>,
     periodic: BVec2,
@@ -71,7 +71,7 @@ fn cubic(grid: &Grid<f32>, p: DVec2, periodic: BVec2) -> f32 {
     let (w, h) = (grid.spec().width(), grid.spec().height());
     let cell = p.floor();
     let f = (p - cell).as_vec2();
-    let (wx, wz) = (super::surface::catmull_rom(f.x), super::surface::catmull_rom(f.y));
+    let (wx, wz) = (super::continuation::catmull_rom(f.x), super::continuation::catmull_rom(f.y));
     let mut sum = 0.0;
     for (b, wz) in wz.into_iter().enumerate() {
         let j = index(cell.y as isize + b as isize - 1, h, periodic.y);
@@ -86,7 +86,7 @@ fn cubic(grid: &Grid<f32>, p: DVec2, periodic: BVec2) -> f32 {
 mod tests {
     use super::*;
     use glam::UVec2;
-    use meniscus_sim::GridSpec;
+    use crate::GridSpec;
 
     #[test]
     fn a_trochoid_lies_on_its_own_curve() {
