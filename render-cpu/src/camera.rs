@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3, UVec2, Vec3, dvec3};
 use meniscus_sim::Scene;
 use meniscus_sim::render::{Image, View};
-pub(crate) use meniscus_sim::stage::Lens;
 use meniscus_sim::scene::description::Camera;
+pub(crate) use meniscus_sim::stage::Lens;
 
 /// Why no view can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

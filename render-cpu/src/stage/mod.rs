@@ -12,7 +12,9 @@ pub(crate) mod surface;
 pub(crate) mod tiles;
 pub(crate) mod world;
 
-pub(crate) use meniscus_sim::stage::{air, continuation, fingerprint, ground, light, needs, surroundings, volume};
+pub(crate) use meniscus_sim::stage::{
+    air, continuation, fingerprint, ground, light, needs, surroundings, volume,
+};
 
 use crate::camera::Lens;
 use crate::caster::HeightfieldError;
@@ -182,7 +184,11 @@ impl Fixed {
         Ok(Self {
             fingerprint,
             look: ground::Ground::new(scene, spacing, relief),
-            openness: scene.terrain.as_ref().filter(|_| relief).map(continuation::openness),
+            openness: scene
+                .terrain
+                .as_ref()
+                .filter(|_| relief)
+                .map(continuation::openness),
             ground,
             ground_on_grid: scene.ground_on_grid(),
             light,

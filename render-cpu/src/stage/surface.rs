@@ -7,8 +7,8 @@
 
 use crate::caster::{Heightfield, HeightfieldError, Ray};
 use glam::{DVec2, DVec3, UVec2, Vec2, dvec2, dvec3};
-use meniscus_sim::{Grid, GridSpec};
 use meniscus_sim::stage::continuation::{Continuation, catmull_rom, continued, neighbour, slopes_of};
+use meniscus_sim::{Grid, GridSpec};
 
 /// Tiles of a periodic surface that one ray is followed through; beyond them the surface is its mean plane with the
 /// slopes of the tile on it.

@@ -5,9 +5,9 @@
 //! is not changed. It is a fixed function of position and scene seed. Level ground (tanks, pools) and checkerboards
 //! have none.
 
-use glam::{DVec2, Vec2, Vec3};
 use crate::Scene;
 use crate::rng::Rng;
+use glam::{DVec2, Vec2, Vec3};
 
 /// Stream of the random generator that noise draws from.
 const NOISE_STREAM: u64 = 0x006e_6f69_7365;

@@ -5,9 +5,9 @@
 //! a matter of exposure. Irradiance under water is scaled likewise.
 
 use super::sky::{Sky, Sun};
-use glam::Vec3;
 use crate::optics::fresnel;
 use crate::scene::description::Description;
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Mean path of diffuse light a metre of depth: the radiance that entered through a flat surface runs within 48.6° of

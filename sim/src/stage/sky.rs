@@ -4,17 +4,17 @@
 //! rest: it casts no sharp shadow, gives no sharp glint, and would double the sun that the scene names. It is therefore
 //! taken out of the picture. If the scene names no sun, it becomes the scene's, with its direction and irradiance.
 
-use glam::{Vec2, Vec3};
-use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
 use crate::Scene;
 use crate::optics;
 use crate::scene::Panorama;
 use crate::scene::description;
+use glam::{Vec2, Vec3};
+use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rows of the picture that a daylight sky is evaluated to (0.7° each; the model is smooth beside the sun's disc,
 /// which is not part of it).
-const DAYLIGHT_ROWS: u32 = 256;
+pub const DAYLIGHT_ROWS: u32 = 256;
 
 /// Factor from Hosek & Wilkie's RGB radiance to scene units. At 45° and turbidity 2.5 the sky then lights level ground
 /// with 0.3 of what the default sun gives it, the usual share under a clear sky.

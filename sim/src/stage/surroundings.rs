@@ -8,11 +8,11 @@
 //! - Elsewhere, open edges and the walls of a landscape, water continues at its level of rest and ground as its mirror
 //!   image fading into a plain of the mean height of its rim ([`Surface`](super::continuation::Surface)).
 
-use super::continuation::Continuation;
 use super::Ray;
-use glam::{BVec2, DVec2, DVec3, UVec2};
+use super::continuation::Continuation;
 use crate::scene::description::{Edge, Initial};
 use crate::{Grid, GridSpec, Scene};
+use glam::{BVec2, DVec2, DVec3, UVec2};
 
 /// Largest apron of the ground in samples.
 const GROUND_APRON: u32 = 512;
@@ -159,12 +159,7 @@ impl Edges {
     }
 
     /// First glass side at a point where there is water: ray parameter and normal into the air.
-    pub fn cast_glass(
-        &self,
-        ray: &Ray,
-        t_max: f64,
-        wet: impl Fn(DVec3) -> bool,
-    ) -> Option<(f64, DVec3)> {
+    pub fn cast_glass(&self, ray: &Ray, t_max: f64, wet: impl Fn(DVec3) -> bool) -> Option<(f64, DVec3)> {
         let mut best: Option<(f64, DVec3)> = None;
         let mut limit = t_max;
         for side in self.sides.iter().filter(|s| s.glass) {

@@ -13,8 +13,8 @@
 //! left out.
 
 use super::light::{DIFFUSE_PATH, Light};
-use glam::Vec3;
 use crate::scene::description::Water;
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Mean cosine of scattering in natural waters (Petzold 1972: about 0.9).
