@@ -262,13 +262,18 @@ impl Truth {
                 .get(((last as f64 * share).ceil() as usize).min(last))
                 .map_or(f64::NAN, |e| f64::from(*e))
         };
-        Ok(Outcome::of(FLIP, seen.mean)
+        let outcome = Outcome::of(FLIP, seen.mean)
             .and(FLIP_P95, f64::from(seen.p95))
             .and(RMSE, rmse)
+            .and(LOST, f64::from(lost) / f64::from(asked.max(1)));
+        if errors.is_empty() {
+            // Nothing that the technique drew lies where refracted rays end: no place, no error of one.
+            return Ok(outcome);
+        }
+        Ok(outcome
             .and(PLACE, rank(0.5))
             .and(PLACE_P95, rank(0.95))
-            .and(PLACE_P99, rank(0.99))
-            .and(LOST, f64::from(lost) / f64::from(asked.max(1))))
+            .and(PLACE_P99, rank(0.99)))
     }
 
     /// Pixels from the top left; `None` behind the eye.
