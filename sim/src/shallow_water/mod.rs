@@ -6,6 +6,7 @@ mod bgk;
 mod boundary;
 pub mod cases;
 mod checkpoint;
+mod eddies;
 mod edges;
 pub(crate) mod exchange;
 mod finite_volume;
@@ -25,8 +26,8 @@ mod totals;
 pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{
-    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LatticeSettings, Method, Precision,
-    Settings, SetupError, position,
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LARGEST_SMAGORINSKY, LatticeSettings,
+    Method, Precision, Settings, SetupError, position,
 };
 pub use solver::ShallowWater;
 pub use splash::{Ledger, SplashSettings};
