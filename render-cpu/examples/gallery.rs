@@ -56,6 +56,7 @@ fn scene(description: Description, grid: GridSpec) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

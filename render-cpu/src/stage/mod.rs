@@ -285,6 +285,7 @@ pub(crate) mod tests_support {
             meshes: Vec::new(),
             sky: None,
             initial_elevation: None,
+            uplifts: Vec::new(),
         }
     }
 }

@@ -53,6 +53,7 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

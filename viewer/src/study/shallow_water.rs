@@ -115,6 +115,7 @@ impl Study for ShallowWaterStudy {
         let mut cases: Vec<Case> = Problem::ALL.iter().map(|p| exact(*p, quick)).collect();
         cases.extend(LAKES.iter().map(|lake| lake_at_rest(*lake)));
         cases.push(stormy_box());
+        cases.extend(super::shallow_water_coupling::cases(quick));
         match Monai::find() {
             Some(folder) => {
                 let data = Monai::load(&folder).context("the Monai benchmark cannot be read")?;

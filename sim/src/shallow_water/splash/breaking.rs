@@ -22,7 +22,7 @@ const KEPT: f64 = 0.8;
 /// Area of foam that a breaking front leaves for each part of the depth by which it rises: one that doubles the depth
 /// leaves patches of about 1.7 times the area that it runs over, which overlap at random and so leave a fifth of it free.
 const WHITENESS: f64 = 2.5;
-/// Radius of a patch of foam, least and range, in heights of the front over two cells: the eddies of a roller are as
+/// Radius of a patch of foam, least and range, in heights of the front: the eddies of a roller are as
 /// large as it is high.
 const PATCH: [f64; 2] = [0.25, 1.25];
 /// Most patches that one cell makes in a sub-step.
@@ -44,7 +44,7 @@ pub(super) struct Break {
     height: f64,
     /// Part of the depth by which the front rises in this step.
     risen: f64,
-    /// Height of the front over two cells, m.
+    /// Height of the front, m: that over two cells, but at least that of the weakest bore that breaks.
     front: f64,
     /// Energy per area and density that may leave with it, m³/s².
     energy: f64,
@@ -137,7 +137,7 @@ fn breaking<E: Exchange + ?Sized>(splash: &Splash, water: &E, [i, j]: [usize; 2]
         speed,
         height: splash.settings.amount * rise * dt,
         risen: rise * dt / h,
-        front: two * steepness,
+        front: (two * steepness).max(FAVRE * h),
         energy: EFFICIENCY * dissipation * dt,
     })
 }
