@@ -261,6 +261,7 @@ pub(crate) mod tests_support {
                 depth: None,
                 waves: Vec::new(),
             }),
+            beds: Vec::new(),
             boundary: Boundary::default(),
             layers: Vec::new(),
             detail: None,
