@@ -3,7 +3,7 @@
 
 use divan::{Bencher, black_box};
 use glam::{DVec2, UVec2};
-use meniscus_sim::ocean::dispersion::Dispersion;
+use meniscus_sim::dispersion::Dispersion;
 use meniscus_sim::ocean::lattice::{Draw, Lattice};
 use meniscus_sim::ocean::patch::{Field, Group, Patch};
 use meniscus_sim::ocean::sea::WaveField;

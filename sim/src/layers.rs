@@ -13,7 +13,7 @@ use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::scene::Scene;
 use crate::scene::description::{Edge, Initial, Motion, Solver as Choice};
-use crate::solver::{Extra, Solver, StepError, StepReport};
+use crate::solver::{Extra, Solver, StepError, StepReport, Stirring};
 use crate::solvers::{self, BuildError};
 use glam::{BVec2, UVec2};
 use std::cell::RefCell;
@@ -293,6 +293,14 @@ impl Solver for Layered {
     fn report(&self) -> StepReport {
         let layers = self.layers.iter().map(|l| l.solver.report());
         layers.fold(self.base.report(), both)
+    }
+
+    fn stirred_every(&self) -> Option<f64> {
+        self.base.stirred_every()
+    }
+
+    fn stir(&mut self, by: &Stirring<'_>) -> Result<bool, StepError> {
+        self.base.stir(by)
     }
 
     fn extras(&self) -> Vec<Extra> {

@@ -11,8 +11,11 @@
 //! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
 
 #[cfg(feature = "bodies")]
+pub mod afloat;
+#[cfg(feature = "bodies")]
 pub mod bodies;
 pub mod detail;
+pub mod dispersion;
 pub mod events;
 #[cfg(feature = "export")]
 pub mod export;

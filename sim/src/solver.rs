@@ -1,8 +1,9 @@
 //! The seam between a solver and everything else.
 
 use crate::events::{Action, EventError};
-use crate::frame::{Channels, Frame};
+use crate::frame::{BodyPose, Channels, Frame};
 use crate::grid::GridSpec;
+use crate::mesh::TriangleMesh;
 use serde::{Deserialize, Serialize};
 
 /// A method that moves water through time and hands out heightfield frames.
@@ -43,10 +44,36 @@ pub trait Solver: Send {
     /// Bytes held for state and work arrays.
     fn bytes(&self) -> u64;
 
+    /// How often in seconds the solver wants to be told what floating bodies displace ([`Self::stir`]); `None` if it
+    /// leaves them their waves.
+    fn stirred_every(&self) -> Option<f64> {
+        None
+    }
+
+    /// Makes the waves of a body that moved; `false` if they are too small to be made, so that what it displaced can be
+    /// counted with the next.
+    ///
+    /// # Errors
+    /// [`StepError`] if there would be more of them than the method can hold.
+    fn stir(&mut self, _: &Stirring<'_>) -> Result<bool, StepError> {
+        Ok(false)
+    }
+
     /// What is held besides [`Self::bytes`] because the scene asks for it.
     fn extras(&self) -> Vec<Extra> {
         Vec::new()
     }
+}
+
+/// A body that moved through the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Stirring<'a> {
+    /// Its closed hull, body axes.
+    pub mesh: &'a TriangleMesh,
+    /// Where it was, about halfway, and is.
+    pub poses: [BodyPose; 3],
+    /// Simulated time of the first pose in seconds; the last is that of the present.
+    pub since: f64,
 }
 
 /// Something that a solver holds because the scene asks for it.

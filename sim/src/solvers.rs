@@ -1,7 +1,7 @@
 //! Which solvers there are, and building the one that a scene asks for.
 
 use crate::scene::Scene;
-use crate::scene::description::Solver as Choice;
+use crate::scene::description::{Motion, Solver as Choice};
 use crate::solver::{Solver, StepError};
 use serde::Serialize;
 
@@ -131,10 +131,32 @@ pub fn build(scene: &Scene) -> Result<Box<dyn Solver>, BuildError> {
     if !scene.description.layers.is_empty() {
         solver = Box::new(crate::layers::Layered::new(scene, solver)?);
     }
+    solver = set_afloat(scene, solver)?;
     if let Some(detail) = &scene.description.detail {
         solver = Box::new(crate::detail::Detailed::new(scene, detail, solver)?);
     }
     Ok(solver)
+}
+
+/// Sets free bodies on solvers that do not couple with them themselves.
+fn set_afloat(scene: &Scene, solver: Box<dyn Solver>) -> Result<Box<dyn Solver>, BuildError> {
+    let couples = matches!(scene.description.solver, Choice::ShallowWater(_) | Choice::Sph(_));
+    let floating = scene
+        .description
+        .objects
+        .iter()
+        .find(|o| o.motion == Motion::Free);
+    let Some(_body) = floating.filter(|_| !couples) else {
+        return Ok(solver);
+    };
+    #[cfg(feature = "bodies")]
+    return Ok(Box::new(crate::afloat::Afloat::new(scene, solver)?));
+    #[cfg(not(feature = "bodies"))]
+    Err(BuildError::impossible(
+        format!("object `{}`: motion", _body.name),
+        "floating bodies are not compiled in",
+        "build with the Cargo feature `bodies`, or use motion kind \"fixed\" or \"path\"",
+    ))
 }
 
 /// The solver that moves the water, with nothing over it.

@@ -116,7 +116,12 @@ impl Body {
         } else {
             0.0
         };
-        let by_water = by_water - loads.added.times(now) * (fresh / h);
+        // Water that goes along is carried by the accelerating flow (Morison's equation, 1950).
+        let carried = Six {
+            linear: water.acceleration(self.state.position),
+            angular: DVec3::ZERO,
+        };
+        let by_water = by_water + loads.added.times(carried) - loads.added.times(now) * (fresh / h);
         let mut inert = bare.plus(1.0 + fresh, &loads.added).plus(h, &loads.resistance);
         let mut outside = Six {
             linear: DVec3::NEG_Y * (GRAVITY * self.mass.mass),

@@ -99,15 +99,23 @@ impl Bodies {
         }))
     }
 
+    /// The water that goes along with bodies that start in it moves with them already.
+    pub(crate) fn wet_by(&mut self, water: &dyn Water) {
+        for body in &mut self.bodies {
+            if let Some(push) = body.pushed(water, 1.0) {
+                (body.wet, body.added) = (push.wet, push.added);
+            }
+        }
+    }
+
     /// Takes the water as it is to be level around the bodies that it holds: what they displace is counted as in its
     /// columns already, so that a float which starts in balance stays at rest.
     pub fn settle_in(&mut self, columns: &dyn Columns) {
         for body in &mut self.bodies {
             body.plane = Plane::around(&body.hull, &body.state, columns);
-            // The water that goes along with a body that starts in it moves with it already.
-            if let Some(push) = body.pushed(columns, 1.0) {
-                (body.wet, body.added) = (push.wet, push.added);
-            }
+        }
+        self.wet_by(columns);
+        for body in &mut self.bodies {
             if let Some(plane) = &body.plane {
                 body.footprint = displaced::heights(&body.hull, &body.state, plane, columns);
             }

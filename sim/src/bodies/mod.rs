@@ -194,6 +194,11 @@ impl Bodies {
         .fold(f64::INFINITY, f64::min)
     }
 
+    /// Longest step in seconds between two looks at the water: a fraction of the smallest free body's period.
+    pub(crate) fn exchange_step(&self) -> f64 {
+        EXCHANGE_OF_PERIOD * (self.smallest / GRAVITY).sqrt()
+    }
+
     /// One step of all bodies, with the water as it is.
     fn substep(&mut self, water: &dyn Water, time: f64, h: f64) -> Result<(), MotionError> {
         let pushes: Vec<_> = self.bodies.par_iter().map(|b| b.pushed(water, h)).collect();

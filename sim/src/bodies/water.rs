@@ -17,6 +17,12 @@ pub trait Water: Sync {
     /// Velocity of the water in m/s at a place below the surface. Methods that average over the depth ignore `at.y`.
     fn velocity(&self, at: DVec3) -> DVec3;
 
+    /// How fast that velocity changes, m/s²: the water that goes along with a body is carried by it. Zero for columns
+    /// that bodies push themselves, whose velocity is not that of the open water.
+    fn acceleration(&self, _: DVec3) -> DVec3 {
+        DVec3::ZERO
+    }
+
     /// Distance in metres over which the surface is resolved: hulls are divided to about this. 0 if it is exact
     /// everywhere.
     fn resolution(&self) -> f64 {

@@ -19,7 +19,7 @@ use crate::layers::share;
 use crate::rng::Rng;
 use crate::scene::Scene;
 use crate::scene::description::{Detail as Parameters, Edge};
-use crate::solver::{Solver, StepError, StepReport};
+use crate::solver::{Extra, Solver, StepError, StepReport};
 use crate::solvers::BuildError;
 use glam::{BVec2, Vec2};
 use noise::GradientNoise;
@@ -264,7 +264,8 @@ fn begun(time: f64, lifetime: f64, covering: usize) -> (i64, f64) {
 
 #[cfg(feature = "ocean")]
 fn waves(how: &Parameters, seed: u64, spec: &GridSpec) -> Result<(Pattern, f32), BuildError> {
-    use crate::ocean::{dispersion::Dispersion, lattice, patch::Patch, sea::WaveField};
+    use crate::dispersion::Dispersion;
+    use crate::ocean::{lattice, patch::Patch, sea::WaveField};
     use crate::scene::description::{Sea, Spectrum, Spreading};
     let Parameters::Waves {
         period,
@@ -440,6 +441,10 @@ impl Solver for Detailed {
     fn bytes(&self) -> u64 {
         let carried: usize = self.coverings.iter().map(|c| 8 * c.carried.len()).sum();
         self.base.bytes() + (carried + 4 * TILE * TILE) as u64
+    }
+
+    fn extras(&self) -> Vec<Extra> {
+        self.base.extras()
     }
 }
 

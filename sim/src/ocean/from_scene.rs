@@ -1,15 +1,15 @@
 //! An ocean from what a scene says: which patches hold it, and what cannot be.
 
-use super::dispersion::{Dispersion, SURFACE_TENSION};
 use super::foam::Foam;
 use super::lattice::{Draw, Lattice};
 use super::patch::Patch;
 use super::placement::Placement;
 use super::sea::WaveField;
 use super::{Cascade, Ocean, TICK};
+use crate::dispersion::{Dispersion, SURFACE_TENSION};
 use crate::grid::GridSpec;
 use crate::scene::Scene;
-use crate::scene::description::{self, Edge, Initial, Motion};
+use crate::scene::description::{self, Edge, Initial};
 use crate::solvers::{BuildError, name_of};
 use glam::{DVec2, UVec2};
 use std::cell::RefCell;
@@ -153,13 +153,6 @@ fn refuse_reaction(scene: &description::Description) -> Result<(), BuildError> {
             "water.initial",
             "an ocean has no initial state but its own waves",
             format!("use kind = \"still\", or {}", super::REACTING),
-        ));
-    }
-    if let Some(body) = scene.objects.iter().find(|o| o.motion == Motion::Free) {
-        return Err(BuildError::impossible(
-            format!("object `{}`: motion", body.name),
-            "this solver cannot float bodies",
-            "use motion kind \"fixed\" or \"path\"",
         ));
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! The random waves of one periodic patch: a lattice of wave numbers with an amplitude and a frequency each.
 
-use super::dispersion::Dispersion;
 use super::sea::WaveField;
+use crate::dispersion::Dispersion;
 use crate::rng::Rng;
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;

@@ -8,7 +8,6 @@
 //!
 //! Nothing acts on these waves: no event, no shore. As a layer over a solver with a shore they fade where it is shallow.
 
-pub mod dispersion;
 mod foam;
 mod from_scene;
 pub mod lattice;
@@ -16,13 +15,15 @@ pub mod patch;
 mod placement;
 pub mod query;
 pub mod sea;
+pub mod snapshot;
 pub mod spectrum;
 pub mod spreading;
 #[cfg(test)]
 mod tests;
 pub mod transform;
 
-pub use query::{Snapshot, SurfacePoint};
+pub use query::SurfacePoint;
+pub use snapshot::{Sampler, Sampling, Snapshot};
 
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame};

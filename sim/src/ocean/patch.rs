@@ -254,19 +254,29 @@ impl Patch {
             })
             .collect();
         jobs.into_par_iter().for_each_init(
-            || vec![Turn::default(); h],
+            || Turns::new(h),
             |turn, (m, waves, rates)| vectorised(|| turn_row(l, m, time, waves, rates, turn)),
         );
     }
 }
 
-/// How far a wave number has turned.
-#[derive(Clone, Copy, Default)]
-struct Turn {
-    cos: f32,
-    sin: f32,
+/// How far the wave numbers of a row have turned, as plain arrays so that loops over them vectorise.
+struct Turns {
+    cos: Vec<f32>,
+    sin: Vec<f32>,
     /// rad/s.
-    omega: f32,
+    omega: Vec<f32>,
+}
+
+impl Turns {
+    fn new(h: usize) -> Self {
+        let zeros = || vec![0.0; h];
+        Self {
+            cos: zeros(),
+            sin: zeros(),
+            omega: zeros(),
+        }
+    }
 }
 
 /// ĥ and ∂ĥ/∂t of row `m` of kx at `time`; a list that is not wanted is empty.
@@ -277,29 +287,40 @@ fn turn_row(
     time: f64,
     waves: &mut [Complex32],
     rates: &mut [Complex32],
-    turn: &mut [Turn],
+    turn: &mut Turns,
 ) {
-    let h = turn.len();
+    let h = turn.cos.len();
     let quarter = h / 2 + 1;
     let (even, odd) = (&l.even[m * h..(m + 1) * h], &l.odd[m * h..(m + 1) * h]);
     let turns = &l.turns[m * quarter..(m + 1) * quarter];
-    let (known, mirrored) = turn.split_at_mut(quarter.min(h));
-    for (out, turns) in known.iter_mut().zip(turns) {
-        let (sin, cos) = sin_cos_turns(turns * time);
-        let omega = (turns * l.radians) as f32;
-        *out = Turn { cos, sin, omega };
+    let Turns { cos, sin, omega } = turn;
+    for ((cos, sin), turns) in cos.iter_mut().zip(&mut *sin).zip(turns) {
+        (*sin, *cos) = sin_cos_turns(turns * time);
     }
-    // The same for −kz.
-    for (out, turn) in mirrored.iter_mut().rev().zip(&known[1..]) {
-        *out = *turn;
+    let mirror = |list: &mut [f32]| {
+        // The same for −kz.
+        let (known, mirrored) = list.split_at_mut(quarter.min(h));
+        for (out, known) in mirrored.iter_mut().rev().zip(&known[1..]) {
+            *out = *known;
+        }
+    };
+    mirror(cos);
+    mirror(sin);
+    let phases = || cos.iter().zip(&*sin);
+    for (((c, e), o), (cos, sin)) in waves.iter_mut().zip(even).zip(odd).zip(phases()) {
+        *c = Complex32::new(e.re * cos + o.re * sin, e.im * cos + o.im * sin);
     }
-    for (((c, e), o), t) in waves.iter_mut().zip(even).zip(odd).zip(&*turn) {
-        *c = Complex32::new(e.re * t.cos + o.re * t.sin, e.im * t.cos + o.im * t.sin);
+    if rates.is_empty() {
+        return;
     }
-    for (((c, e), o), t) in rates.iter_mut().zip(even).zip(odd).zip(&*turn) {
+    for (omega, turns) in omega.iter_mut().zip(turns) {
+        *omega = (turns * l.radians) as f32;
+    }
+    mirror(omega);
+    for ((((c, e), o), (cos, sin)), omega) in rates.iter_mut().zip(even).zip(odd).zip(phases()).zip(&*omega) {
         *c = Complex32::new(
-            t.omega * (o.re * t.cos - e.re * t.sin),
-            t.omega * (o.im * t.cos - e.im * t.sin),
+            omega * (o.re * cos - e.re * sin),
+            omega * (o.im * cos - e.im * sin),
         );
     }
 }
@@ -335,7 +356,7 @@ fn multiply(field: Field, from: &[Complex32], kx: f32, kz: &[f32], per_k: &[f32]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ocean::dispersion::Dispersion;
+    use crate::dispersion::Dispersion;
     use crate::ocean::lattice::Draw;
     use crate::ocean::sea::WaveField;
     use crate::scene::description::{Sea, Spectrum, Spreading};

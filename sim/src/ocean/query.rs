@@ -1,9 +1,9 @@
-//! The surface at any point and time: exact, as the sum of all waves, or from the samples of one time.
+//! The surface at any point and time, exact: the sum of all waves. [`super::snapshot`] answers from samples.
 
 use super::Ocean;
 use super::lattice::wave_number;
-use super::patch::{Field, Group, Patch, Plane, per_wave_number};
-use glam::{DMat2, DVec2, DVec3, UVec2};
+use super::patch::{Field, Patch, per_wave_number};
+use glam::{DMat2, DVec2, DVec3};
 use rustfft::num_complex::Complex32;
 use std::f64::consts::TAU;
 
@@ -22,14 +22,14 @@ pub struct SurfacePoint {
 
 /// Sums of all waves at a sample's own place.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    height: f64,
-    slope: DVec2,
-    displacement: DVec2,
+pub(super) struct Sums {
+    pub(super) height: f64,
+    pub(super) slope: DVec2,
+    pub(super) displacement: DVec2,
     /// ∂Dx/∂x, ∂Dz/∂z, ∂Dx/∂z.
-    stretch: [f64; 3],
-    velocity: DVec2,
-    rise: f64,
+    pub(super) stretch: [f64; 3],
+    pub(super) velocity: DVec2,
+    pub(super) rise: f64,
 }
 
 impl Sums {
@@ -38,7 +38,7 @@ impl Sums {
         DMat2::from_cols(DVec2::new(1.0 + xx, xz), DVec2::new(xz, 1.0 + zz))
     }
 
-    fn point(&self, level: f64, choppiness: f64) -> SurfacePoint {
+    pub(super) fn point(&self, level: f64, choppiness: f64) -> SurfacePoint {
         let f = self.deformation(choppiness);
         let along_x = DVec3::new(f.x_axis.x, self.slope.x, f.x_axis.y);
         let along_z = DVec3::new(f.y_axis.x, self.slope.y, f.y_axis.y);
@@ -55,7 +55,7 @@ impl Sums {
 const STEPS: usize = 40;
 
 /// Finds the sums whose displaced place is `x`: x₀ + choppiness · D(x₀) = x. Where the surface folds, one of the layers.
-fn displaced_to(x: DVec2, choppiness: f64, close: f64, sums: impl Fn(DVec2) -> Sums) -> Sums {
+pub(super) fn displaced_to(x: DVec2, choppiness: f64, close: f64, sums: impl Fn(DVec2) -> Sums) -> Sums {
     let mut from = x;
     let mut here = sums(from);
     if choppiness == 0.0 {
@@ -156,119 +156,5 @@ impl Ocean {
         };
         let close = 1e-9 * f64::from(self.spec.spacing);
         displaced_to(position, self.choppiness, close, exact).point(f64::from(self.level), self.choppiness)
-    }
-
-    /// The sea at `time`, for any number of points at about a microsecond each.
-    pub fn snapshot(&self, time: f64) -> Snapshot {
-        let moment = self.moment(time);
-        let groups = [
-            Group::Two(Field::Elevation, Field::Rise),
-            Group::Two(Field::DisplacementX, Field::DisplacementZ),
-            Group::Two(Field::VelocityX, Field::VelocityZ),
-        ];
-        let mut works = self.work.borrow_mut();
-        let patches = self.cascades.iter().zip(works.iter_mut()).map(|(cascade, work)| {
-            let planes = cascade.patch.synthesise(moment, &groups, work);
-            let plane = |at: usize| match &planes[at] {
-                Plane::Two(v) => v.clone(),
-                Plane::One(_) => Vec::new(),
-            };
-            let lattice = cascade.patch.lattice();
-            SampledPatch {
-                size: lattice.size,
-                scale: lattice.size.as_dvec2() / lattice.period,
-                planes: [plane(0), plane(1), plane(2)],
-            }
-        });
-        Snapshot {
-            patches: patches.collect(),
-            origin: self.spec.origin.as_dvec2(),
-            level: f64::from(self.level),
-            choppiness: self.choppiness,
-            close: 1e-4 * f64::from(self.spec.spacing),
-        }
-    }
-}
-
-/// Samples of one patch at one time.
-#[derive(Clone, Debug)]
-struct SampledPatch {
-    size: UVec2,
-    /// Samples a metre.
-    scale: DVec2,
-    /// Elevation and rise, displacement, velocity.
-    planes: [Vec<Complex32>; 3],
-}
-
-/// An ocean at one time, sampled: the surface over any point, inside the domain or beyond it, by cubic interpolation.
-#[derive(Clone, Debug)]
-pub struct Snapshot {
-    patches: Vec<SampledPatch>,
-    origin: DVec2,
-    level: f64,
-    choppiness: f64,
-    /// How near to the place asked for the sample must stand, metres.
-    close: f64,
-}
-
-/// Weights of four samples at −1, 0, 1, 2 for the value and the derivative of the Catmull–Rom spline at `t` in [0, 1].
-fn spline(t: f64) -> ([f64; 4], [f64; 4]) {
-    let (t2, t3) = (t * t, t * t * t);
-    (
-        [
-            -0.5 * t + t2 - 0.5 * t3,
-            1.0 - 2.5 * t2 + 1.5 * t3,
-            0.5 * t + 2.0 * t2 - 1.5 * t3,
-            -0.5 * t2 + 0.5 * t3,
-        ],
-        [
-            -0.5 + 2.0 * t - 1.5 * t2,
-            -5.0 * t + 4.5 * t2,
-            0.5 + 4.0 * t - 4.5 * t2,
-            -t + 1.5 * t2,
-        ],
-    )
-}
-
-impl SampledPatch {
-    fn add(&self, x: DVec2, sums: &mut Sums) {
-        let n = self.size.as_dvec2();
-        let at = (x * self.scale).rem_euclid(n);
-        let cell = at.floor();
-        let ((wx, gx), (wz, gz)) = (spline(at.x - cell.x), spline(at.y - cell.y));
-        let (w, h) = (self.size.x as usize, self.size.y as usize);
-        let [wave, moved, flow] = &self.planes;
-        for b in 0..4 {
-            let row = (cell.y as usize + h + b - 1) % h * w;
-            for a in 0..4 {
-                let at = row + (cell.x as usize + w + a - 1) % w;
-                let value = wx[a] * wz[b];
-                let (dx, dz) = (gx[a] * wz[b] * self.scale.x, wx[a] * gz[b] * self.scale.y);
-                let wide = |c: Complex32| DVec2::new(f64::from(c.re), f64::from(c.im));
-                let (wave, moved, flow) = (wide(wave[at]), wide(moved[at]), wide(flow[at]));
-                sums.height += value * wave.x;
-                sums.rise += value * wave.y;
-                sums.slope += DVec2::new(dx, dz) * wave.x;
-                sums.displacement += value * moved;
-                sums.velocity += value * flow;
-                sums.stretch[0] += dx * moved.x;
-                sums.stretch[1] += dz * moved.y;
-                sums.stretch[2] += 0.5 * (dz * moved.x + dx * moved.y);
-            }
-        }
-    }
-}
-
-impl Snapshot {
-    /// The surface over `position` (metres, X and Z).
-    pub fn surface_at(&self, position: DVec2) -> SurfacePoint {
-        let sampled = |x: DVec2| {
-            let mut sums = Sums::default();
-            for patch in &self.patches {
-                patch.add(x - self.origin, &mut sums);
-            }
-            sums
-        };
-        displaced_to(position, self.choppiness, self.close, sampled).point(self.level, self.choppiness)
     }
 }

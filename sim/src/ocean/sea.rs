@@ -1,6 +1,6 @@
 //! A sea as a sum of wind seas and swells, each with its own spectrum, direction and spreading.
 
-use super::dispersion::Dispersion;
+use crate::dispersion::Dispersion;
 use crate::scene::description::Sea;
 
 /// Wave-number spectrum of a whole sea.

@@ -1,8 +1,9 @@
 //! Frequency spectra of wind seas: variance density `S(ω)` in m² s, so that ∫S dω = m0 and the significant wave height
 //! is Hs = 4 √m0.
 
-use super::dispersion::{Dispersion, GRAVITY};
+use crate::dispersion::Dispersion;
 pub use crate::scene::description::Spectrum;
+use crate::solvers::GRAVITY;
 
 /// α g² ω⁻⁵ exp(−1.25 (ω_p/ω)⁴) γ^r, the form shared by JONSWAP, TMA and swell.
 fn jonswap_form(omega: f64, peak: f64, alpha: f64, gamma: f64) -> f64 {

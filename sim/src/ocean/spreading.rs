@@ -44,7 +44,7 @@ fn hasselmann(ratio: f64, peak: f64, wind: f64) -> f64 {
     let s = if ratio <= 1.0 {
         6.97 * ratio.powf(4.06)
     } else {
-        let age = wind * peak / super::dispersion::GRAVITY;
+        let age = wind * peak / crate::solvers::GRAVITY;
         9.77 * ratio.powf(-2.33 - 1.45 * (age - 1.17))
     };
     s.min(1e4)
@@ -60,7 +60,7 @@ impl Spreading {
         match *self {
             Self::CosinePower { exponent } => cosine_power(exponent.max(0.0), theta),
             Self::Mitsuyasu => {
-                let at_peak = 11.5 * (peak * wind / super::dispersion::GRAVITY).max(1e-3).powf(-2.5);
+                let at_peak = 11.5 * (peak * wind / crate::solvers::GRAVITY).max(1e-3).powf(-2.5);
                 let s = at_peak
                     * if ratio <= 1.0 {
                         ratio.powi(5)

@@ -7,7 +7,6 @@
 //!
 //! Nothing acts on these waves: no event, no shore, no edge. They are for open water, and for comparing renderers.
 
-pub mod dispersion;
 mod wave;
 
 use crate::events::{Action, EventError};
@@ -15,7 +14,7 @@ use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::optics::WATER_DENSITY;
 use crate::scene::Scene;
-use crate::scene::description::{self, Initial, Motion};
+use crate::scene::description::{self, Initial};
 use crate::solver::{Solver, StepError, StepReport};
 use crate::solvers::{BuildError, name_of};
 use glam::{DVec2, Vec2};
@@ -139,13 +138,6 @@ fn refuse_reaction(scene: &description::Description) -> Result<(), BuildError> {
             "water.initial",
             "procedural waves have no initial state but themselves",
             format!("use kind = \"still\", or {REACTING}"),
-        ));
-    }
-    if let Some(number) = scene.objects.iter().position(|o| o.motion == Motion::Free) {
-        return Err(BuildError::impossible(
-            format!("object.{number}.motion"),
-            "this solver cannot float bodies",
-            "use motion kind \"fixed\" or \"path\"",
         ));
     }
     Ok(())

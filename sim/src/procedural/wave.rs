@@ -1,9 +1,8 @@
 //! One plane wave over the samples of a grid, as phasors.
 
-use super::dispersion::{angular_frequency, bed};
+use crate::dispersion::Dispersion;
 use crate::grid::GridSpec;
 use crate::scene::description;
-use crate::solvers::GRAVITY;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -44,9 +43,13 @@ impl Wave {
         let angle = f64::from(wave.direction).to_radians();
         let direction = DVec2::new(angle.cos(), angle.sin());
         let vector = number * direction;
-        let frequency = angular_frequency(number, depth, capillarity);
+        let water = Dispersion {
+            depth: depth.unwrap_or(f64::INFINITY),
+            surface_tension: capillarity,
+        };
+        let frequency = water.omega(number);
         let amplitude = f64::from(wave.amplitude);
-        let orbit = amplitude / bed(number, depth);
+        let orbit = amplitude / (number * water.depth).tanh();
         let spacing = f64::from(spec.spacing);
         let turn = |n: usize, k: f64| DVec2::from_angle((k * spacing * n as f64).rem_euclid(TAU));
         let columns: Vec<DVec2> = (0..spec.width()).map(|i| turn(i, vector.x)).collect();
@@ -59,11 +62,7 @@ impl Wave {
             phase: f64::from(wave.phase).to_radians(),
             lean: f64::from(wave.steepness) * orbit,
             flow: frequency * orbit,
-            energy: 0.5
-                * crate::optics::WATER_DENSITY
-                * (GRAVITY + capillarity * number * number)
-                * amplitude
-                * amplitude,
+            energy: 0.5 * crate::optics::WATER_DENSITY * water.stiffness(number) * amplitude * amplitude,
             column: [
                 columns.iter().map(|c| c.x as f32).collect(),
                 columns.iter().map(|c| c.y as f32).collect(),

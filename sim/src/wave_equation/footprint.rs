@@ -16,14 +16,7 @@ pub(super) fn pierced(scene: &Scene) -> Result<Vec<bool>, BuildError> {
         match object.motion {
             Motion::Fixed => {}
             // What moves does not stand in the water long enough to reflect waves; its wake is an event's to make.
-            Motion::Path { .. } => continue,
-            Motion::Free => {
-                return Err(BuildError::impossible(
-                    format!("object.{number}.motion"),
-                    "this solver cannot float bodies",
-                    "use motion kind \"fixed\" or \"path\"",
-                ));
-            }
+            Motion::Path { .. } | Motion::Free => continue,
         }
         match &object.shape {
             Shape::Sphere { radius } => {
@@ -222,18 +215,5 @@ mod tests {
                 vec![object(Shape::Sphere { radius: 2.0 }, Vec3::new(9.0, height, 7.0))];
             assert!(!pierced(&scene).unwrap().contains(&true));
         }
-    }
-
-    #[test]
-    fn floating_bodies_are_refused() {
-        let mut scene = scene(grid(8, 8, 1.0), "");
-        let mut body = object(Shape::Sphere { radius: 2.0 }, Vec3::ZERO);
-        body.motion = Motion::Free;
-        scene.description.objects = vec![body];
-        let message = pierced(&scene).unwrap_err().to_string();
-        assert!(
-            message.contains("object.0.motion") && message.contains("\"fixed\""),
-            "{message}"
-        );
     }
 }

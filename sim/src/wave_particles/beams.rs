@@ -137,6 +137,9 @@ impl Beams {
     pub(super) fn find(&mut self, walls: &Walls, centre: DVec2, direction: DVec2, radius: f64) {
         self.list.clear();
         self.shadows.clear();
+        if walls.is_clear(centre, radius) {
+            return;
+        }
         walls.around(centre, radius, &mut self.near);
         if self.near.is_empty() {
             return;

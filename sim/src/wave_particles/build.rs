@@ -173,14 +173,7 @@ fn waters(scene: &Scene, depth: f64) -> Result<Waters, BuildError> {
         match object.motion {
             Motion::Fixed => {}
             // What moves makes waves, but does not stand in one place long enough to reflect them.
-            Motion::Path { .. } => continue,
-            Motion::Free => {
-                return Err(BuildError::impossible(
-                    format!("object `{}`: motion", object.name),
-                    "this solver cannot float bodies",
-                    "use motion kind \"fixed\" or \"path\"",
-                ));
-            }
+            Motion::Path { .. } | Motion::Free => continue,
         }
         let mesh = mesh_of(scene, number)?;
         let outline = shore::outline(mesh, object.position, object.rotation, f64::from(level));
@@ -202,7 +195,7 @@ impl WaveParticles {
     /// The solver of a scene with `solver.kind = "wave-particles"`, in its initial state.
     ///
     /// # Errors
-    /// [`BuildError`] for impossible values, floating bodies, and initial states that are no waves.
+    /// [`BuildError`] for impossible values and initial states that are no waves.
     pub fn from_scene(scene: &Scene) -> Result<Self, BuildError> {
         let description::Solver::WaveParticles(p) = &scene.description.solver else {
             return Err(BuildError::WrongSolver {

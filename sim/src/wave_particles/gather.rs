@@ -6,7 +6,7 @@
 
 use super::beams::{Beams, Wedge, wedge_on_row};
 use super::flight::{Beyond, Course};
-use super::kernel::{LANES, Stamp, Target, add_row};
+use super::kernel::{LANES, Rows, Stamp, Target, WIDEST, add_row, add_small};
 use super::particle::Particles;
 use crate::grid::GridSpec;
 use glam::DVec2;
@@ -56,6 +56,9 @@ pub(super) struct Wanted {
 /// Sums over some rows of the grid; arrays that are not wanted are empty.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BandSums {
+    /// First row of the grid that it holds.
+    first: i32,
+    /// Samples a row, with [`WIDEST`] of them before the first column and more after the last.
     stride: usize,
     /// Elevation above rest, metres.
     height: Vec<f32>,
@@ -68,8 +71,9 @@ pub(super) struct BandSums {
 }
 
 impl BandSums {
-    fn clear(&mut self, width: usize, rows: usize, wanted: Wanted) {
-        self.stride = width.next_multiple_of(LANES) + LANES;
+    fn clear(&mut self, width: usize, first: usize, rows: usize, wanted: Wanted) {
+        self.first = first as i32;
+        self.stride = WIDEST + width.next_multiple_of(LANES) + WIDEST + LANES;
         let fill = |list: &mut Vec<f32>, len: usize| {
             list.clear();
             list.resize(len, 0.0);
@@ -96,7 +100,8 @@ impl BandSums {
             if list.is_empty() {
                 0..0
             } else {
-                j * self.stride..j * self.stride + width
+                let begin = self.place(j, 0);
+                begin..begin + width
             }
         };
         let lists = [
@@ -107,6 +112,12 @@ impl BandSums {
             &self.moved[1],
         ];
         lists.map(|list| &list[at(list)])
+    }
+
+    /// Where column `column` of row `row` of the band stands.
+    #[inline(always)]
+    fn place(&self, row: usize, column: i32) -> usize {
+        row * self.stride + (WIDEST as i32 + column) as usize
     }
 
     #[inline(always)]
@@ -124,11 +135,21 @@ impl BandSums {
     }
 }
 
-/// Splits a coordinate in samples into a whole number and a rest.
+impl Rows for BandSums {
+    #[inline(always)]
+    fn samples<const N: usize>(&mut self, row: i32, first: i32) -> Target<'_> {
+        let begin = self.place((row - self.first) as usize, first);
+        self.target(begin..begin + N)
+    }
+}
+
+/// Splits a coordinate in samples, near the grid, into a whole number and a rest.
+#[inline(always)]
 fn split(x: f64) -> (i32, f32) {
-    let whole = x.floor();
-    // Casts saturate: what lies that far away is nowhere near a sample.
-    (whole as i32, (x - whole) as f32)
+    // Without `floor`, a call where the processor's own rounding may not be assumed.
+    let toward_zero = x as i32;
+    let whole = toward_zero - i32::from(f64::from(toward_zero) > x);
+    (whole, (x - f64::from(whole)) as f32)
 }
 
 /// Puts particles, their images and their periodic copies onto a list.
@@ -307,7 +328,7 @@ impl Workspace {
             .for_each_init(BandSums::default, |sums, (band, output)| {
                 let first = band * BAND;
                 let rows = BAND.min(spec.height() - first);
-                sums.clear(spec.width(), rows, wanted);
+                sums.clear(spec.width(), first, rows, wanted);
                 arch.dispatch(SumBand {
                     chunks: &self.chunks[..self.used],
                     spec,
@@ -354,7 +375,7 @@ impl pulp::WithSimd for SumBand<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn with_simd<S: pulp::Simd>(self, simd: S) {
         let first = (self.band * BAND) as i32;
         let (width, rows) = (self.spec.size.x as i32, self.rows as i32);
         for chunk in self.chunks {
@@ -362,6 +383,15 @@ impl pulp::WithSimd for SumBand<'_> {
             for &k in &chunk.order[range] {
                 let k = k as usize;
                 let stamp = &chunk.stamps[k];
+                if chunk.clip[k] == 0 && stamp.radius < (WIDEST / 2) as f32 {
+                    // Half as many columns do where they are a whole number of vectors.
+                    if stamp.radius < (WIDEST / 4) as f32 && S::F32_LANES < WIDEST {
+                        add_small::<{ WIDEST / 2 }, S, _>(simd, stamp, first..first + rows, self.sums);
+                    } else {
+                        add_small::<WIDEST, S, _>(simd, stamp, first..first + rows, self.sums);
+                    }
+                    continue;
+                }
                 let reach = stamp.radius.ceil() as i32 + 1;
                 let (from, to) = (
                     stamp.row.saturating_sub(reach).max(first),
@@ -383,14 +413,14 @@ impl pulp::WithSimd for SumBand<'_> {
                     }
                     let local = (j - first) as usize;
                     if chunk.clip[k] == 0 {
-                        let begin = local * self.sums.stride + a as usize;
-                        let len = ((b - a) as usize / LANES + 1) * LANES;
-                        add_row(stamp, a, dz, &mut self.sums.target(begin..begin + len));
+                        let begin = self.sums.place(local, a);
+                        let len = ((b - a) as usize + 1).next_multiple_of(S::F32_LANES);
+                        add_row(simd, stamp, a, dz, self.sums.target(begin..begin + len));
                     } else {
                         let clip = &chunk.clips[chunk.clip[k] as usize - 1];
                         let shadows = &chunk.shadows[clip.shadows.0..clip.shadows.1];
                         self.sums
-                            .add_cut(stamp, dz, (a, b), local, self.spec, j, clip, shadows);
+                            .add_cut(simd, stamp, dz, (a, b), local, self.spec, j, clip, shadows);
                     }
                 }
             }
@@ -401,8 +431,9 @@ impl pulp::WithSimd for SumBand<'_> {
 impl BandSums {
     /// Adds one row of a stamp that walls cut.
     #[allow(clippy::too_many_arguments)] // the row, and what cuts it
-    fn add_cut(
+    fn add_cut<S: pulp::Simd>(
         &mut self,
+        simd: S,
         stamp: &Stamp,
         dz: f32,
         (a, b): (i32, i32),
@@ -433,19 +464,19 @@ impl BandSums {
         if from >= to {
             return;
         }
-        let len = ((to - from) as usize).next_multiple_of(LANES);
+        let len = ((to - from) as usize).next_multiple_of(S::F32_LANES);
         let [h, cx, cz, mx, mz] = &mut self.scratch;
         fn begin(list: &mut [f32], len: usize) -> &mut [f32] {
             let n = len.min(list.len());
             list[..n].fill(0.0);
             &mut list[..n]
         }
-        let mut target = Target {
+        let target = Target {
             height: begin(h, len),
             carried: [begin(cx, len), begin(cz, len)],
             moved: [begin(mx, len), begin(mz, len)],
         };
-        add_row(stamp, from, dz, &mut target);
+        add_row(simd, stamp, from, dz, target);
         for shadow in shadows {
             let (s, e) = columns(wedge_on_row(shadow, z));
             let (s, e) = (s.max(from), e.min(to));
@@ -459,7 +490,7 @@ impl BandSums {
             }
         }
         let count = (to - from) as usize;
-        let place = local * self.stride + from as usize;
+        let place = self.place(local, from);
         let [cx, cz] = &mut self.carried;
         let [mx, mz] = &mut self.moved;
         for (out, row) in [&mut self.height, cx, cz, mx, mz].into_iter().zip(&self.scratch) {

@@ -22,6 +22,13 @@ use std::f64::consts::{PI, TAU};
 /// How often a face is cut in four.
 const DEEPEST: u32 = 4;
 
+/// Shortest side of a silhouette, in distances between particles.
+const SHORTEST: f64 = 0.05;
+
+/// Flattest corner, off the line between its neighbours, in distances between particles: a circle of 64 sides has ten
+/// times as much.
+const FLATTEST: f64 = 1e-3;
+
 /// Fewest particles around an object.
 const FEWEST: usize = 12;
 
@@ -147,6 +154,29 @@ fn outward(a: DVec2, b: DVec2) -> f64 {
     (-along.x).atan2(along.y)
 }
 
+/// The corners of a convex polygon without those that only rounding makes: nearer than `close` to the one before, or no
+/// further than `flat` from the line between their neighbours.
+fn merged(hull: &[DVec2], close: f64, flat: f64) -> Vec<DVec2> {
+    let mut out = hull.to_vec();
+    let mut k = 0;
+    // Each is judged by the neighbours that are left, so that of two that stand together one stays.
+    while k < out.len() && out.len() > 3 {
+        let (last, corner, next) = (
+            out[(k + out.len() - 1) % out.len()],
+            out[k],
+            out[(k + 1) % out.len()],
+        );
+        let chord = next - last;
+        let off = (corner - last).perp_dot(chord).abs() / chord.length().max(f64::MIN_POSITIVE);
+        if (corner - last).length() > close && off > flat {
+            k += 1;
+        } else {
+            out.remove(k);
+        }
+    }
+    out
+}
+
 /// Places around a silhouette, about `spacing` apart. Directions turn evenly along each side from the bisector at one end
 /// to the bisector at the other, so that together they cover the full circle.
 fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
@@ -168,6 +198,10 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
     }
     let perimeter: f64 = (0..n).map(|k| (hull[(k + 1) % n] - hull[k]).length()).sum();
     let spacing = spacing.min(perimeter / FEWEST as f64);
+    // A hull turned by a rounding error has its upper and lower corners a hair apart, and corners in the middle of its
+    // sides. Such a side has no length for the volume that belongs to its share of the turn.
+    let hull = &merged(hull, SHORTEST * spacing, FLATTEST * spacing)[..];
+    let n = hull.len();
     let normal: Vec<f64> = (0..n).map(|k| outward(hull[k], hull[(k + 1) % n])).collect();
     // Half of the turn at the corner at the start of side k.
     let half_turn = |k: usize| 0.5 * (normal[k % n] - normal[(k + n - 1) % n]).rem_euclid(TAU);
@@ -175,7 +209,8 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
     for k in 0..n {
         let (a, b) = (hull[k], hull[(k + 1) % n]);
         let length = (b - a).length();
-        let parts = (length / spacing).ceil().max(1.0);
+        // The hair keeps sides that are a whole number of spacings, as a square's are, from one part more by rounding.
+        let parts = (length / spacing - 1e-2).ceil().max(1.0);
         let (first, last) = (normal[k] - half_turn(k), normal[k] + half_turn(k + 1));
         for part in 0..parts as usize {
             let share = (part as f64 + 0.5) / parts;
@@ -336,6 +371,31 @@ mod tests {
         let turn = Quat::from_rotation_x(0.7) * Quat::from_rotation_z(0.4);
         let turned = submerged(&mesh, &pose(0.0, turn), 0.0, 9.0);
         assert!((turned.volume - 3.0).abs() < 1e-6, "{}", turned.volume);
+    }
+
+    #[test]
+    fn a_rounding_error_leaves_the_silhouette_as_it_was() {
+        let square = [
+            DVec2::new(-1.0, -1.0),
+            DVec2::new(1.0, -1.0),
+            DVec2::new(1.0, 1.0),
+            DVec2::new(-1.0, 1.0),
+        ];
+        let twice: Vec<DVec2> = square
+            .iter()
+            .flat_map(|c| [*c, *c + 1e-7 * DVec2::new(-c.y, c.x)])
+            .chain([DVec2::new(0.1, 1.0 + 1e-9), DVec2::new(1.0 + 1e-9, -0.7)])
+            .collect();
+        let sorted = |corners: Vec<DVec2>| {
+            let mut ports = ports(&hull(corners), 0.25);
+            ports.sort_by(|a, b| a.place.to_angle().total_cmp(&b.place.to_angle()));
+            ports
+        };
+        let (plain, split) = (sorted(square.to_vec()), sorted(twice));
+        assert_eq!(plain.len(), split.len());
+        for (a, b) in plain.iter().zip(&split) {
+            assert!((a.direction - b.direction).length() < 1e-6 && (a.length - b.length).abs() < 1e-6);
+        }
     }
 
     #[test]

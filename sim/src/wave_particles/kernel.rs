@@ -4,6 +4,7 @@
 //! Keyser 2007, eq. 5) and moves its surface by −sin(π u/r) D along its direction, u being the distance ahead of its
 //! centre (eq. 14).
 
+use pulp::Simd;
 use std::f64::consts::PI;
 
 /// Volume of a particle over a r²: π/2 − 2/π.
@@ -34,8 +35,15 @@ const SINE: [f32; 5] = [
     0.005_895_343,
 ];
 
-/// Samples that are evaluated together: as many as the widest common vector registers hold.
-pub(super) const LANES: usize = 8;
+/// Samples of the widest vectors: rows are padded by as many.
+pub(super) const LANES: usize = 16;
+
+/// Columns of the widest particle that is taken whole, not row by row.
+pub(super) const WIDEST: usize = 16;
+
+const COUNT: [f32; LANES] = [
+    0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
+];
 
 /// Height of a particle of unit amplitude at squared distance `q` (in squared radii), exact.
 pub fn bump(q: f64) -> f64 {
@@ -74,77 +82,172 @@ pub(super) struct Stamp {
     pub(super) direction: [f32; 2],
 }
 
-/// Rows of values to which particles are added; all as long, a multiple of [`LANES`]. Those not wanted are empty.
-pub(super) struct Target<'a> {
+/// Rows of values to which particles are added; all as long, a multiple of the vectors' length. Those not wanted are
+/// empty.
+pub(super) struct Target<'a, T = f32> {
     /// Elevation above rest.
-    pub(super) height: &'a mut [f32],
+    pub(super) height: &'a mut [T],
     /// Height times direction, X and Z.
-    pub(super) carried: [&'a mut [f32]; 2],
+    pub(super) carried: [&'a mut [T]; 2],
     /// Horizontal displacement, X and Z.
-    pub(super) moved: [&'a mut [f32]; 2],
+    pub(super) moved: [&'a mut [T]; 2],
 }
 
-#[inline(always)]
-fn polynomial(c: &[f32; 5], x: f32) -> f32 {
-    // Estrin's order: shorter chains than Horner's.
-    let x2 = x * x;
-    (c[0] + c[1] * x) + (c[2] + c[3] * x) * x2 + c[4] * (x2 * x2)
+impl<'a> Target<'a> {
+    /// The same as whole vectors.
+    #[inline(always)]
+    fn vectors<S: Simd>(self) -> Target<'a, S::f32s> {
+        let of = |list: &'a mut [f32]| S::as_mut_simd_f32s(list).0;
+        Target {
+            height: of(self.height),
+            carried: self.carried.map(of),
+            moved: self.moved.map(of),
+        }
+    }
+}
+
+/// A particle ready to be added. Every operation is one of IEEE 754 on single lanes and none is contracted, so the result is
+/// the same for vectors of any length.
+struct Brush<S: Simd> {
+    simd: S,
+    amplitude: S::f32s,
+    direction: [S::f32s; 2],
+    begin: S::f32s,
+    inverse: S::f32s,
+}
+
+impl<S: Simd> Brush<S> {
+    /// For columns of which the first is `begin` samples after the centre.
+    #[inline(always)]
+    fn new(simd: S, stamp: &Stamp, begin: f32, inverse: f32) -> Self {
+        Self {
+            simd,
+            amplitude: simd.splat_f32s(stamp.amplitude),
+            direction: stamp.direction.map(|u| simd.splat_f32s(u)),
+            begin: simd.splat_f32s(begin),
+            inverse: simd.splat_f32s(inverse),
+        }
+    }
+
+    /// Distance ahead of the centre along X, in radii, of the columns of vector `number`.
+    #[inline(always)]
+    fn columns(&self, number: usize) -> S::f32s {
+        let simd = self.simd;
+        let count = S::as_simd_f32s(&COUNT).0[0];
+        let first = simd.splat_f32s((number * S::F32_LANES) as f32);
+        let x = simd.add_f32s(self.begin, simd.add_f32s(first, count));
+        simd.mul_f32s(x, self.inverse)
+    }
+
+    /// In Estrin's order: shorter chains than Horner's.
+    #[inline(always)]
+    fn polynomial(&self, c: &[f32; 5], x: S::f32s) -> S::f32s {
+        let simd = self.simd;
+        let c = c.map(|c| simd.splat_f32s(c));
+        let linear = |a, b| simd.add_f32s(a, simd.mul_f32s(b, x));
+        let x2 = simd.mul_f32s(x, x);
+        let low = simd.add_f32s(linear(c[0], c[1]), simd.mul_f32s(linear(c[2], c[3]), x2));
+        simd.add_f32s(low, simd.mul_f32s(c[4], simd.mul_f32s(x2, x2)))
+    }
+
+    /// Adds vector `number` of a row `z` radii behind the centre, whose columns are `x`.
+    #[inline(always)]
+    fn add(&self, x: S::f32s, z: f32, number: usize, target: &mut Target<'_, S::f32s>) {
+        let simd = self.simd;
+        let (one, zero) = (simd.splat_f32s(1.0), simd.splat_f32s(0.0));
+        let z = simd.splat_f32s(z);
+        let q = simd.add_f32s(simd.mul_f32s(z, z), simd.mul_f32s(x, x));
+        let rest = simd.max_f32s(simd.sub_f32s(one, q), zero);
+        let shape = self.polynomial(&BUMP, simd.sub_f32s(one, rest));
+        let height = simd.mul_f32s(self.amplitude, simd.mul_f32s(rest, rest));
+        let height = simd.mul_f32s(height, shape);
+        let sum = |to: &mut S::f32s, value| *to = simd.add_f32s(*to, value);
+        sum(&mut target.height[number], height);
+        let [ux, uz] = self.direction;
+        let [cx, cz] = &mut target.carried;
+        if !cx.is_empty() {
+            sum(&mut cx[number], simd.mul_f32s(height, ux));
+            sum(&mut cz[number], simd.mul_f32s(height, uz));
+        }
+        let [mx, mz] = &mut target.moved;
+        if !mx.is_empty() {
+            let v = simd.add_f32s(simd.mul_f32s(x, ux), simd.mul_f32s(z, uz));
+            let v2 = simd.mul_f32s(v, v);
+            let lean = simd.mul_f32s(v, simd.sub_f32s(v2, one));
+            let moved = simd.mul_f32s(height, simd.mul_f32s(lean, self.polynomial(&SINE, v2)));
+            sum(&mut mx[number], simd.mul_f32s(moved, ux));
+            sum(&mut mz[number], simd.mul_f32s(moved, uz));
+        }
+    }
 }
 
 /// Adds a particle to the rows of `target`, which begin at column `first` and stand `dz` samples behind its centre.
 /// Samples outside of the particle get exact zeros, so `target` may reach beyond it.
 #[inline(always)]
-pub(super) fn add_row(stamp: &Stamp, first: i32, dz: f32, target: &mut Target<'_>) {
+pub(super) fn add_row<S: Simd>(simd: S, stamp: &Stamp, first: i32, dz: f32, target: Target<'_>) {
     let inverse = 1.0 / stamp.radius;
-    let offset = (first - stamp.column) as f32 - stamp.fraction[0];
-    let z = dz * inverse;
-    let q0 = z * z;
-    let [ux, uz] = stamp.direction;
-    let mut begin = offset;
-    let (carry, shift) = (!target.carried[0].is_empty(), !target.moved[0].is_empty());
-    let chunks = target.height.len() / LANES;
-    for chunk in 0..chunks {
-        let span = chunk * LANES..(chunk + 1) * LANES;
-        let mut x = [0.0_f32; LANES];
-        let mut height = [0.0_f32; LANES];
-        for k in 0..LANES {
-            x[k] = (begin + k as f32) * inverse;
-            let rest = (1.0 - (q0 + x[k] * x[k])).max(0.0);
-            height[k] = stamp.amplitude * (rest * rest) * polynomial(&BUMP, 1.0 - rest);
-        }
-        for (out, h) in target.height[span.clone()].iter_mut().zip(&height) {
-            *out += h;
-        }
-        if carry {
-            let [cx, cz] = &mut target.carried;
-            for (out, h) in cx[span.clone()].iter_mut().zip(&height) {
-                *out += h * ux;
-            }
-            for (out, h) in cz[span.clone()].iter_mut().zip(&height) {
-                *out += h * uz;
-            }
-        }
-        if shift {
-            for k in 0..LANES {
-                let v = x[k] * ux + z * uz;
-                let v2 = v * v;
-                height[k] *= -v * (1.0 - v2) * polynomial(&SINE, v2);
-            }
-            let [mx, mz] = &mut target.moved;
-            for (out, d) in mx[span.clone()].iter_mut().zip(&height) {
-                *out += d * ux;
-            }
-            for (out, d) in mz[span].iter_mut().zip(&height) {
-                *out += d * uz;
-            }
-        }
-        begin += LANES as f32;
+    let begin = (first - stamp.column) as f32 - stamp.fraction[0];
+    let brush = Brush::new(simd, stamp, begin, inverse);
+    let mut target = target.vectors::<S>();
+    for number in 0..target.height.len() {
+        brush.add(brush.columns(number), dz * inverse, number, &mut target);
     }
+}
+
+/// Adds a particle of less than `N`/2 samples radius, which `N` columns therefore hold, to the rows `rows` (numbered as its
+/// centre's): `target` gives the `N` samples of a row from a column on. The same sum as [`add_row`], without finding the
+/// ends of every row.
+#[inline(always)]
+pub(super) fn add_small<const N: usize, S: Simd, T: Rows>(
+    simd: S,
+    stamp: &Stamp,
+    rows: std::ops::Range<i32>,
+    target: &mut T,
+) {
+    let inverse = 1.0 / stamp.radius;
+    let before = (stamp.fraction[0] - stamp.radius).ceil();
+    let brush = Brush::new(simd, stamp, before - stamp.fraction[0], inverse);
+    let vectors = N / S::F32_LANES;
+    let mut columns = [simd.splat_f32s(0.0); WIDEST];
+    for (number, columns) in columns[..vectors].iter_mut().enumerate() {
+        *columns = brush.columns(number);
+    }
+    let first = stamp.column + before as i32;
+    let from = stamp
+        .row
+        .saturating_add((stamp.fraction[1] - stamp.radius).ceil() as i32);
+    let to = stamp
+        .row
+        .saturating_add((stamp.fraction[1] + stamp.radius).floor() as i32 + 1);
+    for j in from.max(rows.start)..to.min(rows.end) {
+        let dz = (j - stamp.row) as f32 - stamp.fraction[1];
+        let mut target = target.samples::<N>(j, first).vectors::<S>();
+        for (number, columns) in columns[..vectors].iter().enumerate() {
+            brush.add(*columns, dz * inverse, number, &mut target);
+        }
+    }
+}
+
+/// Rows of a grid that particles are added to.
+pub(super) trait Rows {
+    /// `N` samples of row `row` from column `first` on, which may lie up to [`WIDEST`] before the first one or end as far
+    /// after the last.
+    fn samples<const N: usize>(&mut self, row: i32, first: i32) -> Target<'_>;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    struct Row<'a>(&'a Stamp, Target<'a>);
+
+    impl pulp::WithSimd for Row<'_> {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            add_row(simd, self.0, 0, 2.3, self.1);
+        }
+    }
 
     #[test]
     fn a_row_is_the_cosine_bump_and_the_sine_lean() {
@@ -160,12 +263,12 @@ mod tests {
         let [height, cx, cz, mx, mz] = &mut rows[..] else {
             panic!()
         };
-        let mut target = Target {
+        let target = Target {
             height,
             carried: [cx, cz],
             moved: [mx, mz],
         };
-        add_row(&stamp, 0, 2.3, &mut target);
+        pulp::Arch::new().dispatch(Row(&stamp, target));
         for i in 0..32 {
             let (x, z) = (i as f64 - f64::from(11.0 + 0.37_f32), 2.3);
             let d = bump((x * x + z * z) / (6.3 * 6.3));

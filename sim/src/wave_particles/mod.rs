@@ -36,7 +36,7 @@ use crate::mesh::TriangleMesh;
 use crate::optics::WATER_DENSITY;
 use crate::reduce;
 use crate::scene::description::{Object, WaveFront};
-use crate::solver::{Solver, StepError, StepReport};
+use crate::solver::{Solver, StepError, StepReport, Stirring};
 use crate::solvers::GRAVITY;
 use flight::{Course, Overrun};
 use gather::{BandSums, Wanted, Workspace};
@@ -248,6 +248,26 @@ impl WaveParticles {
         Ok(events)
     }
 
+    /// The error for more particles or events than allowed.
+    fn overrun(&self, overrun: &Overrun, time: f64) -> StepError {
+        match overrun {
+            Overrun::Particles => StepError::Crowded {
+                what: "wave particles",
+                allowed: self.course.limit as u64,
+                time,
+                remedy: "raise solver.smallest so that small waves are dropped earlier, raise solver.limit, or raise \
+                         solver.split"
+                    .to_owned(),
+            },
+            Overrun::Events => StepError::Crowded {
+                what: "splits and reflections in one step",
+                allowed: flight::MOST_EVENTS,
+                time,
+                remedy: "advance by less at a time, or raise solver.smallest so that waves do not run so long".to_owned(),
+            },
+        }
+    }
+
     fn totals(&self) -> Totals {
         let (time, speed) = (self.time, self.course.speed);
         let of = |k: usize| {
@@ -344,20 +364,7 @@ impl Solver for WaveParticles {
                 self.events += events;
                 Ok(self.report_of(1, self.ledger.strandings - before))
             }
-            Err(Overrun::Particles) => Err(StepError::Crowded {
-                what: "wave particles",
-                allowed: self.course.limit as u64,
-                time: until,
-                remedy: "raise solver.smallest so that small waves are dropped earlier, raise solver.limit, or raise \
-                         solver.split"
-                    .to_owned(),
-            }),
-            Err(Overrun::Events) => Err(StepError::Crowded {
-                what: "splits and reflections in one step",
-                allowed: flight::MOST_EVENTS,
-                time: until,
-                remedy: "advance by less at a time, or raise solver.smallest so that waves do not run so long".to_owned(),
-            }),
+            Err(overrun) => Err(self.overrun(&overrun, until)),
         }
     }
 
@@ -428,7 +435,7 @@ impl Solver for WaveParticles {
                 return Err(EventError::Unsupported {
                     solver: self.name(),
                     action: action.name(),
-                    remedy: "move objects along a path, or choose `shallow-water`",
+                    remedy: "give the scene an object that moves freely",
                 });
             }
         };
@@ -440,6 +447,30 @@ impl Solver for WaveParticles {
 
     fn report(&self) -> StepReport {
         self.report_of(0, 0)
+    }
+
+    fn stirred_every(&self) -> Option<f64> {
+        Some(self.wake.interval(self.course.speed))
+    }
+
+    fn stir(&mut self, by: &Stirring<'_>) -> Result<bool, StepError> {
+        let mut new = Vec::new();
+        let mut ledger = self.ledger;
+        let missed = self
+            .wake
+            .particles(by.mesh, &by.poses, &self.course, [by.since, self.time], &mut new);
+        let highest = new.iter().map(|p| p.amplitude.abs()).fold(0.0, f64::max);
+        if missed == 0.0 && highest < self.course.smallest {
+            return Ok(false);
+        }
+        ledger.missed += missed;
+        ledger.made += made(&new, self.time, self.course.speed);
+        let launched = self
+            .course
+            .launch(&mut self.particles, &new, self.time, &mut ledger);
+        self.events += launched.map_err(|overrun| self.overrun(&overrun, self.time))?;
+        self.ledger = ledger;
+        Ok(true)
     }
 
     fn bytes(&self) -> u64 {

@@ -56,9 +56,14 @@ pub(super) struct Walls {
     /// Where the list of each cell begins in `items`.
     starts: Vec<u32>,
     items: Vec<u32>,
+    /// For each cell a distance within which no point of it has a wall, metres.
+    clear: Vec<f64>,
     /// Lengths below it are rounding.
     tolerance: f64,
 }
+
+/// Fewest cells along the longer axis.
+const FEWEST_CELLS: f64 = 64.0;
 
 /// Most cells along an axis.
 const MOST_CELLS: f64 = 512.0;
@@ -68,7 +73,9 @@ impl Walls {
     pub(super) fn new(segments: Vec<Segment>, low: DVec2, high: DVec2) -> Self {
         let extent = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
         // About as many cells as walls, as square as the rectangle allows.
-        let across = (16.0 * segments.len() as f64).sqrt().clamp(16.0, MOST_CELLS);
+        let across = (16.0 * segments.len() as f64)
+            .sqrt()
+            .clamp(FEWEST_CELLS, MOST_CELLS);
         let longest = extent.max_element();
         let count = (extent / longest * across).ceil().max(DVec2::ONE);
         let tolerance = 1e-9 * longest.max(low.abs().max(high.abs()).max_element() * 1e-3);
@@ -79,6 +86,7 @@ impl Walls {
             count: [count.x as usize, count.y as usize],
             starts: Vec::new(),
             items: Vec::new(),
+            clear: Vec::new(),
             tolerance,
         };
         let mut pairs: Vec<(u32, u32)> = Vec::new();
@@ -95,7 +103,56 @@ impl Walls {
             walls.starts[cell + 1] += walls.starts[cell];
         }
         walls.items = pairs.into_iter().map(|(_, k)| k).collect();
+        walls.clear = walls.clearance();
         walls
+    }
+
+    /// How far from every point of a cell walls are at least: the cells between it and the nearest one with a wall.
+    fn clearance(&self) -> Vec<f64> {
+        let [w, h] = self.count;
+        // Cells away, diagonal ones too, by one sweep down and one up.
+        let mut away: Vec<u32> = (0..w * h)
+            .map(|cell| {
+                if self.starts[cell + 1] > self.starts[cell] {
+                    0
+                } else {
+                    u32::MAX
+                }
+            })
+            .collect();
+        let forward = [(-1, -1), (0, -1), (1, -1), (-1, 0)];
+        for backwards in [false, true] {
+            for step in 0..w * h {
+                let cell = if backwards { w * h - 1 - step } else { step };
+                for (di, dj) in forward {
+                    let (di, dj) = if backwards { (-di, -dj) } else { (di, dj) };
+                    let i = (cell % w).checked_add_signed(di).filter(|&i| i < w);
+                    let j = (cell / w).checked_add_signed(dj).filter(|&j| j < h);
+                    if let (Some(i), Some(j)) = (i, j) {
+                        away[cell] = away[cell].min(away[j * w + i].saturating_add(1));
+                    }
+                }
+            }
+        }
+        // A wall is listed in cells with a margin; half a cell less is more than that.
+        let side = self.cell.min_element();
+        away.into_iter()
+            .map(|n| match n {
+                u32::MAX => f64::INFINITY,
+                n => (f64::from(n) - 1.5).max(0.0) * side,
+            })
+            .collect()
+    }
+
+    /// Whether it is known at once that no wall is within `reach` of a point.
+    #[inline(always)]
+    pub(super) fn is_clear(&self, p: DVec2, reach: f64) -> bool {
+        let cell = |axis: usize| {
+            let at = (p[axis] - self.low[axis]) / self.cell[axis];
+            // The cast saturates: what lies outside belongs to the outermost cells.
+            (at as usize).min(self.count[axis] - 1)
+        };
+        self.clear[cell(1) * self.count[0] + cell(0)] >= reach
     }
 
     /// Cell numbers along an axis that a stretch of coordinates touches, with a margin for rounding.

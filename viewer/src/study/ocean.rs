@@ -3,13 +3,13 @@
 use super::case::{Case, Curves, Outcome, Run, Study};
 use super::measure::Probe;
 use anyhow::Context as _;
+use meniscus_sim::dispersion::Dispersion;
 use meniscus_sim::glam::{DVec2, UVec2};
-use meniscus_sim::ocean::Ocean;
-use meniscus_sim::ocean::dispersion::Dispersion;
 use meniscus_sim::ocean::lattice::{Cells, Draw, Lattice};
 use meniscus_sim::ocean::patch::{Field, Group, Patch, Plane};
 use meniscus_sim::ocean::sea::WaveField;
 use meniscus_sim::ocean::transform::Transform;
+use meniscus_sim::ocean::{Ocean, Sampling};
 use meniscus_sim::scene::description::{Sea, Spectrum, Spreading};
 use meniscus_sim::{Channels, Frame, Scene, Solver as _};
 use std::f64::consts::TAU;
@@ -237,23 +237,30 @@ fn points(quick: bool) -> Case {
     } else {
         &[64, 128, 256, 512]
     };
-    let runs = counts.iter().map(|&samples| {
-        Run::new("cubic, from the samples", f64::from(samples), move |probe| {
-            let (_, ocean) = ocean(300.0, samples, "periodic", WIND_SEA)?;
-            let place = |k: u32| DVec2::new(37.31 * f64::from(k) - 400.0, 91.7 * f64::from(k) + 5.1);
-            let time = 1e5;
-            let sampled = probe.time(|| {
-                let snapshot = ocean.snapshot(time);
-                (0..1000)
-                    .map(|k| snapshot.surface_at(place(k)).height)
-                    .collect::<Vec<_>>()
-            });
-            let worst = (0..16)
-                .map(|k| (ocean.surface_at(place(60 * k), time).height - sampled[60 * k as usize]).abs())
-                .fold(0.0, f64::max);
-            Ok(Outcome::of(POINT, worst / ocean.significant_height()))
-        })
-    });
+    let mut runs = Vec::new();
+    for (method, sampling) in [
+        ("splines on the samples", Sampling::Frame),
+        ("splines on twice the samples", Sampling::Twice),
+    ] {
+        for &samples in counts {
+            runs.push(Run::new(method, f64::from(samples), move |probe| {
+                let (_, ocean) = ocean(300.0, samples, "periodic", WIND_SEA)?;
+                let place = |k: u32| DVec2::new(37.31 * f64::from(k) - 400.0, 91.7 * f64::from(k) + 5.1);
+                let time = 1e5;
+                let mut sampler = ocean.sampler(sampling);
+                let sampled = probe.time(|| {
+                    let snapshot = sampler.snapshot(&ocean, time);
+                    (0..1000)
+                        .map(|k| snapshot.surface_at(place(k)).height)
+                        .collect::<Vec<_>>()
+                });
+                let worst = (0..16)
+                    .map(|k| (ocean.surface_at(place(60 * k), time).height - sampled[60 * k as usize]).abs())
+                    .fold(0.0, f64::max);
+                Ok(Outcome::of(POINT, worst / ocean.significant_height()))
+            }));
+        }
+    }
     Case {
         name: "points",
         truth: "A thousand points of a choppy sea of 300 m a period, inside and beyond the domain, 10⁵ s after the start: \
@@ -262,7 +269,7 @@ fn points(quick: bool) -> Case {
             .to_owned(),
         resolution: "samples along a side",
         curves: Curves::standard(POINT),
-        runs: runs.collect(),
+        runs,
     }
 }
 

@@ -67,7 +67,7 @@ fn parameters(spacing: f32, law: AmplitudeLaw, train: f32, split: f32) -> Choice
         radius: None,
         split,
         smallest: 1e-9,
-        limit: 1e7,
+        limit: 2e7,
         horizontal: 0.0,
         fronts: Vec::new(),
     })
@@ -160,11 +160,11 @@ fn gather(quick: bool) -> anyhow::Result<Case> {
     let counts: &[u32] = if quick {
         &[10_000, 100_000]
     } else {
-        &[1000, 10_000, 100_000, 1_000_000]
+        &[1000, 10_000, 100_000, 1_000_000, 10_000_000]
     };
     for radius in [2.0_f32, 4.0, 8.0, 16.0] {
         for &count in counts {
-            if f64::from(radius).powi(2) * f64::from(count) > 2e7 {
+            if f64::from(radius).powi(2) * f64::from(count) > 5e7 {
                 continue;
             }
             let mut made = scene(

@@ -1,6 +1,6 @@
 //! The dispersion relation of gravity-capillary waves on water of finite depth.
 
-pub use crate::solvers::GRAVITY;
+use crate::solvers::GRAVITY;
 
 /// Surface tension over density of clean water at 20 °C, m³/s² (0.0728 N/m over 998 kg/m³).
 pub const SURFACE_TENSION: f64 = 7.29e-5;
