@@ -144,8 +144,6 @@ struct Port {
     length: f64,
     /// Volume to send off, m³.
     volume: f64,
-    /// The side of the silhouette that it is on.
-    side: usize,
 }
 
 /// Angle of the outward normal of an edge of an anticlockwise polygon.
@@ -192,7 +190,6 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
                 angle,
                 length: 0.0,
                 volume: 0.0,
-                side: k,
             })
             .collect();
     }
@@ -220,40 +217,10 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
                 angle: (last - first).clamp(0.0, PI) / parts,
                 length: length / parts,
                 volume: 0.0,
-                side: k,
             });
         }
     }
     out
-}
-
-/// Turns the directions of each side so that a plane motion up or down sends the same into every angle of the side's
-/// fan: volume, or energy, which goes as the square of volume a length. Evenly along the side it would send 1.26 times
-/// as high a wave ahead of a square's side as ahead of its corner, where less comes out.
-fn aim(ports: &mut [Port], faces: &[(DVec3, DVec3)], law: AmplitudeLaw) {
-    for (area, centroid) in faces {
-        spread(area.y.abs(), DVec2::new(centroid.x, centroid.z), ports);
-    }
-    for fan in ports.chunk_by_mut(|a, b| a.side == b.side) {
-        let measure = |p: &Port| match law {
-            AmplitudeLaw::Volume => p.volume,
-            AmplitudeLaw::Energy => p.volume * p.volume / p.length,
-        };
-        let (whole, open): (f64, f64) = (fan.iter().map(measure).sum(), fan.iter().map(|p| p.angle).sum());
-        if whole > 0.0 && whole.is_finite() {
-            let first = fan[0].direction.to_angle() - 0.5 * fan[0].angle;
-            let mut so_far = 0.0;
-            for port in &mut *fan {
-                let share = measure(port) / whole;
-                port.direction = DVec2::from_angle(first + open * (so_far + 0.5 * share));
-                port.angle = open * share;
-                so_far += share;
-            }
-        }
-        for port in fan {
-            port.volume = 0.0;
-        }
-    }
 }
 
 /// How objects make waves.
@@ -297,7 +264,6 @@ impl Wake {
         };
         let silhouette = hull(shape.plan.clone());
         let mut ports = ports(&silhouette, course.split * self.radius);
-        aim(&mut ports, &now.faces, self.law);
         ports.retain(|p| course.is_water(p.place));
         if ports.is_empty() {
             return displaced;
