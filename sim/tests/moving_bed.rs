@@ -1,6 +1,6 @@
 //! Ground that moves under the water: linear theory, conservation, rest, and what is refused.
 
-#![allow(clippy::unwrap_used, missing_docs, reason = "test code")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "test code")]
 
 use glam::{UVec2, Vec2};
 use meniscus_sim::scene::Scene;
