@@ -10,10 +10,10 @@ pub mod metrics;
 pub mod output;
 pub mod path;
 pub mod renderers;
-pub mod sky;
 mod stage;
 pub mod tonemap;
 pub mod whitted;
 
+pub use meniscus_sim::stage::sky;
 pub use path::PathTracer;
 pub use whitted::{Settings, Whitted};

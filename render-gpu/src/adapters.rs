@@ -1,4 +1,4 @@
-//! The adapters that this machine offers, and a device on the best of them.
+//! The adapters that this machine offers.
 
 use crate::AdapterDescription;
 
@@ -12,6 +12,16 @@ pub enum DeviceError {
          apt-get install mesa-vulkan-drivers libvulkan1) or use a CPU renderer"
     )]
     NoAdapter,
+    /// None of that name.
+    #[error(
+        "no adapter's name contains `{wanted}`; there are {known} (environment variable MENISCUS_ADAPTER)"
+    )]
+    Unknown {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        known: String,
+    },
     /// The driver refused.
     #[error("adapter `{name}` refused a device: {source}")]
     Refused {
@@ -26,7 +36,7 @@ fn instance() -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
 }
 
-fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
+pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {
     AdapterDescription {
         name: info.name.clone(),
         kind: match info.device_type {
@@ -63,19 +73,27 @@ pub fn list() -> Vec<AdapterDescription> {
     sorted().iter().map(|a| describe(&a.get_info())).collect()
 }
 
-/// Opens a device with default limits on the first adapter of [`list`].
+/// The first adapter of [`list`] whose name contains `wanted`, in any case.
 ///
 /// # Errors
-/// [`DeviceError`] if there is no adapter or its driver refuses.
-pub fn open() -> Result<(wgpu::Device, wgpu::Queue, AdapterDescription), DeviceError> {
-    let adapter = sorted().into_iter().next().ok_or(DeviceError::NoAdapter)?;
-    let description = describe(&adapter.get_info());
-    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default()))
-        .map_err(|source| DeviceError::Refused {
-            name: description.name.clone(),
-            source,
-        })?;
-    Ok((device, queue, description))
+/// [`DeviceError::NoAdapter`] or [`DeviceError::Unknown`].
+pub(crate) fn find(wanted: Option<&str>) -> Result<wgpu::Adapter, DeviceError> {
+    let adapters = sorted();
+    if adapters.is_empty() {
+        return Err(DeviceError::NoAdapter);
+    }
+    let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+    let wanted = wanted.unwrap_or("");
+    let fits = |name: &str| name.to_lowercase().contains(&wanted.to_lowercase());
+    let found = adapters.into_iter().find(|a| fits(&a.get_info().name));
+    found.ok_or_else(|| DeviceError::Unknown {
+        wanted: wanted.to_owned(),
+        known: names
+            .iter()
+            .map(|n| format!("`{n}`"))
+            .collect::<Vec<_>>()
+            .join(", "),
+    })
 }
 
 #[cfg(test)]
@@ -85,9 +103,14 @@ mod tests {
     /// Proves that the machine's driver really moves data, not only that it answers.
     #[test]
     fn a_device_copies_a_buffer_and_hands_it_back() {
-        let (device, queue, description) = open().unwrap();
-        assert!(!description.name.is_empty());
-        assert_eq!(list()[0], description);
+        let gpu = crate::device::Gpu::open().unwrap();
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        assert!(!gpu.description.name.is_empty());
+        assert!(list().contains(&gpu.description));
+        assert!(matches!(
+            find(Some("no such card")),
+            Err(DeviceError::Unknown { .. })
+        ));
         let bytes: Vec<u8> = (0..=255).collect();
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {

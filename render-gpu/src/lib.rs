@@ -1,11 +1,55 @@
 //! The real-time renderer of Meniscus on wgpu.
 //!
-//! At this stage the crate finds and describes the adapters of the machine; it draws nothing yet. Without the
-//! `wgpu` feature it is empty but for [`AdapterDescription`], so that a build that draws on the CPU alone does not
-//! compile a graphics stack.
+//! [`GpuRenderer`] draws a frame by one of the [`Technique`]s. A technique is a list of passes ([`graph`], [`work`],
+//! [`techniques`]) chosen by what the scene and the frame have ([`facts`]): what nothing in the picture depends on gets no
+//! pipeline and no memory. Shaders are put together from pieces ([`shader`]) behind constants that come from Rust, and
+//! read one layout ([`layout`]).
+//!
+//! Without the `wgpu` feature the crate plans ([`graph`]) but draws nothing, so that a build that draws on the CPU alone
+//! does not compile a graphics stack.
+
+pub mod graph;
+pub mod layout;
 
 #[cfg(feature = "wgpu")]
 pub mod adapters;
+#[cfg(feature = "wgpu")]
+pub mod device;
+#[cfg(feature = "wgpu")]
+mod executor;
+#[cfg(feature = "wgpu")]
+pub mod facts;
+#[cfg(feature = "wgpu")]
+mod hierarchy;
+#[cfg(all(test, feature = "wgpu"))]
+mod parity;
+#[cfg(feature = "wgpu")]
+mod pipelines;
+#[cfg(feature = "wgpu")]
+mod planned;
+#[cfg(feature = "wgpu")]
+mod renderer;
+#[cfg(feature = "wgpu")]
+mod set;
+#[cfg(feature = "wgpu")]
+mod settings;
+#[cfg(feature = "wgpu")]
+pub mod shader;
+#[cfg(feature = "wgpu")]
+pub mod techniques;
+#[cfg(feature = "wgpu")]
+mod tessellate;
+#[cfg(feature = "wgpu")]
+mod voxels;
+#[cfg(feature = "wgpu")]
+pub mod work;
+
+#[cfg(feature = "wgpu")]
+pub use renderer::{GpuRenderer, MetPixel, pass_names};
+#[cfg(feature = "wgpu")]
+pub use settings::{PhotonMap, Settings, Technique, Walk};
+#[cfg(feature = "wgpu")]
+pub use shader::Switches;
 
 /// What is known of a graphics adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -6,7 +6,8 @@
 //! The tour, in the order in which data flows:
 //! [`scene`] reads what a scene file says and resolves the files it names; [`solvers`] builds the [`Solver`] it asks for;
 //! [`source`] drives it to the frame times and delivers events; [`recording`] stores and replays frames;
-//! [`export`] writes them for other programs; [`render`] is the seam to the renderer crates.
+//! [`export`] writes them for other programs; [`render`] is the seam to the renderer crates, and `stage` (a feature) what
+//! they share.
 //!
 //! Units are SI throughout. Axes are right-handed with +Y up; grid rows run along +X, columns along +Z.
 
@@ -41,6 +42,8 @@ pub mod solvers;
 pub mod source;
 #[cfg(feature = "sph")]
 pub mod sph;
+#[cfg(feature = "stage")]
+pub mod stage;
 pub mod terrain;
 #[cfg(feature = "wave-equation")]
 pub mod wave_equation;

@@ -57,8 +57,11 @@ pub struct View {
 pub struct RenderReport {
     /// Rays cast (all kinds).
     pub rays: u64,
-    /// Named stages with their wall seconds, in order.
+    /// Named stages with their seconds, in order: wall time on the processor, and for passes on a graphics adapter the
+    /// adapter's own time, where it tells.
     pub stages: Vec<(&'static str, f64)>,
+    /// The graphics adapter that drew, where one did.
+    pub device: Option<String>,
 }
 
 /// Why a picture cannot be drawn.

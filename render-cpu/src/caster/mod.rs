@@ -39,26 +39,11 @@ pub use brute::BruteForce;
 #[cfg(feature = "bvh")]
 pub use bvh::TriangleBvh;
 pub use heightfield::Heightfield;
+pub use meniscus_sim::stage::Ray;
 pub use surface::{HeightfieldError, Patch};
 
 use glam::DVec3;
 use meniscus_sim::Grid;
-
-/// A half-line in world coordinates, metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Where it starts.
-    pub origin: DVec3,
-    /// Where it goes. Need not be of unit length; distances `t` along the ray are in multiples of it.
-    pub direction: DVec3,
-}
-
-impl Ray {
-    /// The point at `t` along the ray.
-    pub fn at(&self, t: f64) -> DVec3 {
-        self.origin + self.direction * t
-    }
-}
 
 /// Where a ray first meets a heightfield.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,7 @@ use super::world::{Hit, World, in_plan};
 use glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::optics::{fresnel, reflect, refract};
 
-/// Albedo of foam (Whitlock, Bartlett & Gurganus 1982: 0.4 to 0.9 fresh).
-pub(crate) const FOAM_ALBEDO: f32 = 0.75;
+pub(crate) use meniscus_sim::stage::FOAM_ALBEDO;
 
 /// What a water interface does to a ray.
 #[derive(Clone, Copy, Debug)]

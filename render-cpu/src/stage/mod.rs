@@ -3,25 +3,23 @@
 //! [`Stage`] keeps what depends on the scene alone from frame to frame and rebuilds the rest; [`world::World`] answers
 //! what a ray meets.
 
-pub(crate) mod air;
-pub(crate) mod choppy;
 pub(crate) mod droplets;
-pub(crate) mod ground;
 pub(crate) mod interface;
-pub(crate) mod light;
 pub(crate) mod matt;
 pub(crate) mod objects;
 pub(crate) mod pixel;
 pub(crate) mod surface;
-pub(crate) mod surroundings;
 pub(crate) mod tiles;
-pub(crate) mod volume;
 pub(crate) mod world;
+
+pub(crate) use meniscus_sim::stage::{
+    air, continuation, fingerprint, ground, light, needs, surroundings, volume,
+};
 
 use crate::camera::Lens;
 use crate::caster::HeightfieldError;
 use crate::sky::Sky;
-use meniscus_sim::frame::{Channels, Frame};
+use meniscus_sim::frame::Frame;
 use meniscus_sim::render::{RenderError, RenderReport, View};
 use meniscus_sim::scene::description::Shape;
 use meniscus_sim::{Grid, Scene};
@@ -50,15 +48,6 @@ pub(crate) struct Stage {
     fixed: Option<Fixed>,
     water: Option<Surface>,
     heights: Option<Grid<f32>>,
-}
-
-/// The optional channels that the stage of this scene can be set with.
-pub(crate) fn needs(scene: &Scene) -> Channels {
-    let mut set = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS;
-    if !scene.description.objects.is_empty() {
-        set |= Channels::BODIES;
-    }
-    set
 }
 
 /// One frame seen from one place.
@@ -98,7 +87,7 @@ impl Stage {
 
         let start = Instant::now();
         let how = surroundings::water_continuation(scene);
-        let heights = surface::drawable(
+        let heights = continuation::drawable(
             frame,
             fixed.ground_on_grid.as_ref(),
             how.periodic,
@@ -195,7 +184,11 @@ impl Fixed {
         Ok(Self {
             fingerprint,
             look: ground::Ground::new(scene, spacing, relief),
-            openness: scene.terrain.as_ref().filter(|_| relief).map(surface::openness),
+            openness: scene
+                .terrain
+                .as_ref()
+                .filter(|_| relief)
+                .map(continuation::openness),
             ground,
             ground_on_grid: scene.ground_on_grid(),
             light,
@@ -210,35 +203,6 @@ fn unsupported(error: HeightfieldError) -> RenderError {
         what: error.to_string(),
         remedy: "give finite heights".to_owned(),
     }
-}
-
-/// Changes when anything does that [`Fixed`] is built from.
-fn fingerprint(scene: &Scene) -> u64 {
-    use std::hash::{DefaultHasher, Hash, Hasher};
-    let mut hasher = DefaultHasher::new();
-    format!("{:?}{:?}", scene.description, scene.grid).hash(&mut hasher);
-    if let Some(terrain) = &scene.terrain {
-        format!("{:?}", terrain.spec()).hash(&mut hasher);
-        for v in terrain.as_slice() {
-            hasher.write_u32(v.to_bits());
-        }
-    }
-    if let Some(sky) = &scene.sky {
-        for p in &sky.pixels {
-            for v in p.to_array() {
-                hasher.write_u32(v.to_bits());
-            }
-        }
-    }
-    for mesh in &scene.meshes {
-        for p in mesh.positions.iter().chain(&mesh.normals) {
-            for v in p.to_array() {
-                hasher.write_u32(v.to_bits());
-            }
-        }
-        mesh.triangles.hash(&mut hasher);
-    }
-    hasher.finish()
 }
 
 #[cfg(test)]

@@ -1,18 +1,16 @@
 //! Solid objects: spheres, boxes and cylinders in closed form, models as triangles under a bounding-volume hierarchy.
 
 use crate::caster::Ray;
-use glam::{DMat3, DQuat, DVec3, Vec3, Vec3A};
+use glam::{DMat3, DVec3, Vec3, Vec3A};
 use meniscus_sim::frame::Frame;
 use meniscus_sim::mesh::TriangleMesh;
 use meniscus_sim::scene::Scene;
-use meniscus_sim::scene::description::{Motion, Object, Shape, WayPoint};
+use meniscus_sim::scene::description::Shape;
+use meniscus_sim::stage::objects::standing;
 use obvhs::bvh2::Bvh2;
 use obvhs::triangle::Triangle;
 use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2_from_tris};
 use std::sync::Arc;
-
-/// Base colour of objects without one.
-const GREY: Vec3 = Vec3::splat(0.55);
 
 /// Where a ray meets an object.
 #[derive(Clone, Copy, Debug)]
@@ -168,34 +166,12 @@ pub(crate) struct Placed {
     color: Vec3,
 }
 
-/// Pose of an object that follows its description.
-fn described_pose(object: &Object, time: f64) -> (Vec3, glam::Quat) {
-    let Motion::Path { points } = &object.motion else {
-        return (object.position, object.rotation);
-    };
-    let rest = |p: &WayPoint| (p.position, p.rotation);
-    let after = points.iter().position(|p| p.time > time);
-    match (after, points.last()) {
-        (_, None) => (object.position, object.rotation),
-        (None, Some(last)) => rest(last),
-        (Some(0), _) => rest(&points[0]),
-        (Some(k), _) => {
-            let (a, b) = (&points[k - 1], &points[k]);
-            let s = ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) as f32;
-            (a.position.lerp(b.position, s), a.rotation.slerp(b.rotation, s))
-        }
-    }
-}
-
 /// The scene's objects at the poses of the frame, or where the frame has none, of their descriptions.
 pub(crate) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>]) -> Vec<Placed> {
     let objects = scene.description.objects.iter().enumerate();
     objects
         .filter_map(|(k, object)| {
-            let (position, rotation) = match frame.bodies.as_ref().and_then(|b| b.get(k)) {
-                Some(pose) => (pose.position, pose.rotation),
-                None => described_pose(object, frame.time),
-            };
+            let at = standing(scene, frame, k)?;
             let geometry = match &object.shape {
                 Shape::Sphere { radius } => Geometry::Sphere {
                     radius: f64::from(*radius),
@@ -215,25 +191,14 @@ pub(crate) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>])
                 Geometry::Cylinder { radius, half } => radius.hypot(*half),
                 Geometry::Model(model) => model.radius,
             };
-            let rotation: DQuat = rotation.as_dquat();
-            let rotation = if rotation.length_squared() > 0.0 {
-                rotation.normalize()
-            } else {
-                DQuat::IDENTITY
-            };
-            let world_from_body = DMat3::from_quat(rotation);
-            let model_color = scene
-                .meshes
-                .get(k)
-                .filter(|m| !m.triangles.is_empty())
-                .map(|m| m.base_color);
+            let world_from_body = DMat3::from_quat(at.rotation);
             (bound > 0.0 && bound.is_finite()).then(|| Placed {
                 geometry,
-                position: position.as_dvec3(),
+                position: at.position,
                 world_from_body,
                 body_from_world: world_from_body.transpose(),
                 bound,
-                color: object.color.or(model_color).unwrap_or(GREY),
+                color: at.color,
             })
         })
         .collect()

@@ -1,15 +1,15 @@
 //! Everything that a ray can meet, and what it meets first.
 
 use super::droplets::Spray;
-use super::ground::Ground;
-use super::light::Light;
 use super::objects::Placed;
 use super::surface::Surface;
-use super::surroundings::Edges;
-use super::volume::Volume;
 use crate::caster::Ray;
 use glam::{DVec2, DVec3, Vec3};
 use meniscus_sim::Grid;
+use meniscus_sim::stage::ground::Ground;
+use meniscus_sim::stage::light::Light;
+use meniscus_sim::stage::surroundings::Edges;
+use meniscus_sim::stage::volume::Volume;
 
 /// What a ray travels in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

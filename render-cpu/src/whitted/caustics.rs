@@ -177,7 +177,7 @@ pub(super) fn received(beam: Vec3, normal: Vec3, geometric: DVec3, share: f32) -
 mod tests {
     use super::*;
     use crate::sky::Sky;
-    use crate::stage::surface::Continuation;
+    use crate::stage::continuation::Continuation;
     use crate::stage::tests_support;
     use glam::{BVec2, UVec2};
     use meniscus_sim::scene::description::Sun as SunTable;

@@ -3,8 +3,9 @@
 use super::Settings;
 use super::caustics::Caustics;
 use crate::sky::Sky;
+use crate::stage::continuation::continued_samples;
 use crate::stage::objects::Model;
-use crate::stage::surface::{bytes_for, continued_samples};
+use crate::stage::surface::bytes_for;
 use crate::stage::{ground, surroundings};
 use glam::{UVec2, Vec3};
 use meniscus_sim::Scene;

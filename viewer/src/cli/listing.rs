@@ -68,6 +68,25 @@ fn adapters() -> Vec<Adapter> {
     }
 }
 
+/// The techniques of the renderer on graphics adapters; none where the build has none.
+fn gpu_renderers(adapters: &[Adapter]) -> Vec<Entry> {
+    #[cfg(feature = "gpu")]
+    {
+        let entry = |technique: meniscus_render_gpu::Technique| Entry {
+            name: technique.name(),
+            available: !adapters.is_empty(),
+            summary: technique.summary(),
+            reason: adapters.is_empty().then(|| "no graphics adapter".to_owned()),
+        };
+        meniscus_render_gpu::Technique::ALL.map(entry).into()
+    }
+    #[cfg(not(feature = "gpu"))]
+    {
+        let _ = adapters;
+        Vec::new()
+    }
+}
+
 #[derive(Serialize)]
 struct Solvers {
     solvers: Vec<Entry>,
@@ -80,8 +99,9 @@ pub(super) fn renderers(args: &ListArgs, console: &Console) -> Result<(), Failur
         summary: info.summary,
         reason: info.unavailable,
     };
-    let renderers: Vec<Entry> = renderers::available().into_iter().map(entry).collect();
     let adapters = adapters();
+    let mut renderers: Vec<Entry> = renderers::available().into_iter().map(entry).collect();
+    renderers.extend(gpu_renderers(&adapters));
     let gpu = cfg!(feature = "gpu");
     if args.json {
         return console.json(&Renderers {

@@ -33,6 +33,17 @@ pub(crate) fn solver(scene: &Scene) -> Result<Box<dyn Solver>, Failure> {
 /// # Errors
 /// [`Failure::Input`] that lists the names there are.
 pub(crate) fn renderer(name: &str) -> Result<Box<dyn Renderer>, Failure> {
+    #[cfg(feature = "gpu")]
+    if let Some(technique) = meniscus_render_gpu::Technique::from_name(name) {
+        return Ok(Box::new(meniscus_render_gpu::GpuRenderer::from(technique)));
+    }
+    if name.starts_with("gpu:") {
+        return Err(Failure::input(if cfg!(feature = "gpu") {
+            format!("no renderer `{name}`; `meniscus renderers` lists those there are")
+        } else {
+            format!("renderer `{name}` is not in this build: it needs the Cargo feature `gpu`")
+        }));
+    }
     renderers::build(name).or_input()
 }
 

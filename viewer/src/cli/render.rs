@@ -103,6 +103,8 @@ pub struct Rendered {
     pub input: PathBuf,
     /// Name of the renderer.
     pub renderer: &'static str,
+    /// The graphics adapter that drew, where one did.
+    pub device: Option<String>,
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Samples a pixel; of the last picture where their number was left open.
@@ -230,6 +232,7 @@ impl<'a> Job<'a> {
         let mut rendered = Rendered {
             input: self.args.input.clone(),
             renderer: self.renderer.name(),
+            device: None,
             size: self.view.size.to_array(),
             samples: self.view.samples,
             noise: None,
@@ -312,6 +315,7 @@ impl<'a> Job<'a> {
             };
             let file = pictures.write(&image, index)?;
             rendered.rays += report.rays;
+            rendered.device = report.device;
             for (stage, seconds) in report.stages {
                 console.detail(format!(
                     "frame {index}: {stage} took {}",
@@ -359,13 +363,16 @@ impl Rendered {
             }
         };
         format!(
-            "{what}; {width} x {height} pixels, {} a pixel{}, renderer {}; {}",
+            "{what}; {width} x {height} pixels, {} a pixel{}, renderer {}{}; {}",
             format::count(u64::from(self.samples), "sample"),
             self.noise.map_or_else(String::new, |noise| format!(
                 ", noise {}",
                 format::three_digits(noise)
             )),
             self.renderer,
+            self.device
+                .as_ref()
+                .map_or_else(String::new, |device| format!(" on {device}")),
             self.cost.text()
         )
     }

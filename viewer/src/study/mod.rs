@@ -20,6 +20,8 @@ mod ocean;
 pub mod plot;
 mod raycast;
 mod recording;
+#[cfg(feature = "gpu")]
+mod render;
 mod report;
 pub mod row;
 mod scenes;
@@ -146,6 +148,8 @@ pub fn all() -> Vec<&'static dyn Study> {
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
         &recording::RecordingStudy,
+        #[cfg(feature = "gpu")]
+        &render::RenderStudy,
         #[cfg(feature = "sph")]
         &sph::SphStudy,
         &stability::StabilityStudy,

@@ -4,8 +4,8 @@
 //! that of the x₀ with x₀ + D(x₀) = x, found by the iteration x₀ ← x − D(x₀), which converges where the surface does
 //! not fold over itself (|∂D/∂x| < 1). Where it nearly folds, the last iterate is taken: a sharp crest.
 
+use crate::Grid;
 use glam::{BVec2, DVec2, Vec2};
-use meniscus_sim::Grid;
 use rayon::prelude::*;
 
 const ITERATIONS: usize = 24;
@@ -13,12 +13,7 @@ const ITERATIONS: usize = 24;
 const CLOSE: f64 = 1e-4;
 
 /// Heights over the samples' own places, of elevations that are displaced by `displacement` (metres).
-pub(crate) fn undisplaced(
-    elevation: &Grid<f32>,
-    displacement: &Grid<Vec2>,
-    periodic: BVec2,
-    out: &mut Grid<f32>,
-) {
+pub fn undisplaced(elevation: &Grid<f32>, displacement: &Grid<Vec2>, periodic: BVec2, out: &mut Grid<f32>) {
     let spec = *elevation.spec();
     let width = spec.width();
     let scale = 1.0 / f64::from(spec.spacing);
@@ -71,7 +66,10 @@ fn cubic(grid: &Grid<f32>, p: DVec2, periodic: BVec2) -> f32 {
     let (w, h) = (grid.spec().width(), grid.spec().height());
     let cell = p.floor();
     let f = (p - cell).as_vec2();
-    let (wx, wz) = (super::surface::catmull_rom(f.x), super::surface::catmull_rom(f.y));
+    let (wx, wz) = (
+        super::continuation::catmull_rom(f.x),
+        super::continuation::catmull_rom(f.y),
+    );
     let mut sum = 0.0;
     for (b, wz) in wz.into_iter().enumerate() {
         let j = index(cell.y as isize + b as isize - 1, h, periodic.y);
@@ -85,8 +83,8 @@ fn cubic(grid: &Grid<f32>, p: DVec2, periodic: BVec2) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::GridSpec;
     use glam::UVec2;
-    use meniscus_sim::GridSpec;
 
     #[test]
     fn a_trochoid_lies_on_its_own_curve() {

@@ -6,26 +6,28 @@
 //!   are seen, and the deck runs to the horizon. A wall that stands between the camera and the water (the camera is
 //!   beyond it and below the deck) is left out and the water shows its side, as an aquarium does.
 //! - Elsewhere, open edges and the walls of a landscape, water continues at its level of rest and ground as its mirror
-//!   image fading into a plain of the mean height of its rim ([`Surface`](super::surface::Surface)).
+//!   image fading into a plain of the mean height of its rim ([`Surface`](super::continuation::Surface)).
 
-use super::surface::Continuation;
-use crate::caster::Ray;
+use super::Ray;
+use super::continuation::Continuation;
+use crate::scene::description::{Edge, Initial};
+use crate::{Grid, GridSpec, Scene};
 use glam::{BVec2, DVec2, DVec3, UVec2};
-use meniscus_sim::scene::description::{Edge, Initial};
-use meniscus_sim::{Grid, GridSpec, Scene};
 
 /// Largest apron of the ground in samples.
 const GROUND_APRON: u32 = 512;
 
 /// A side of the domain that ends the water.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+pub struct Side {
     /// 0 for X, 2 for Z.
-    axis: usize,
-    at: f64,
+    pub axis: usize,
+    /// Its coordinate along that axis, metres.
+    pub at: f64,
     /// −1 at the smaller end of the axis, +1 at the larger.
-    outwards: f64,
-    glass: bool,
+    pub outwards: f64,
+    /// Whether the water is seen through it.
+    pub glass: bool,
 }
 
 impl Side {
@@ -43,10 +45,11 @@ impl Side {
 
 /// The sides of the domain that end the water.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Edges {
-    sides: Vec<Side>,
+pub struct Edges {
+    /// At most four.
+    pub sides: Vec<Side>,
     /// Height of the deck around a basin, metres.
-    deck: f64,
+    pub deck: f64,
 }
 
 /// Highest level at which water stands at the start.
@@ -60,7 +63,7 @@ fn initial_level(scene: &Scene) -> f64 {
 }
 
 /// Whether the walls of the scene are those of a basin.
-pub(crate) fn is_basin(scene: &Scene) -> bool {
+pub fn is_basin(scene: &Scene) -> bool {
     let boundary = &scene.description.boundary;
     let walls = [boundary.x_min, boundary.x_max, boundary.z_min, boundary.z_max].map(|e| e == Edge::Wall);
     if walls == [false; 4] {
@@ -81,7 +84,7 @@ pub(crate) fn is_basin(scene: &Scene) -> bool {
 
 impl Edges {
     /// The sides of a basin seen from `eye`; none for a landscape or the open sea.
-    pub(crate) fn new(scene: &Scene, elevation: &Grid<f32>, eye: DVec3) -> Self {
+    pub fn new(scene: &Scene, elevation: &Grid<f32>, eye: DVec3) -> Self {
         if !is_basin(scene) {
             return Self::default();
         }
@@ -122,17 +125,17 @@ impl Edges {
     }
 
     /// Whether a side of the water is seen through.
-    pub(crate) fn has_glass(&self) -> bool {
+    pub fn has_glass(&self) -> bool {
         self.sides.iter().any(|s| s.glass)
     }
 
     /// Whether a point is not beyond a glass side.
-    pub(crate) fn within_glass(&self, p: DVec3) -> bool {
+    pub fn within_glass(&self, p: DVec3) -> bool {
         self.sides.iter().all(|s| !s.glass || s.beyond(p) <= 0.0)
     }
 
     /// First wall or deck: ray parameter and normal. A solid side fills the half-space beyond it up to the deck.
-    pub(crate) fn cast_solid(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3)> {
+    pub fn cast_solid(&self, ray: &Ray, t_max: f64) -> Option<(f64, DVec3)> {
         let mut best: Option<(f64, DVec3)> = None;
         let mut limit = t_max;
         for side in self.sides.iter().filter(|s| !s.glass) {
@@ -156,12 +159,7 @@ impl Edges {
     }
 
     /// First glass side at a point where there is water: ray parameter and normal into the air.
-    pub(crate) fn cast_glass(
-        &self,
-        ray: &Ray,
-        t_max: f64,
-        wet: impl Fn(DVec3) -> bool,
-    ) -> Option<(f64, DVec3)> {
+    pub fn cast_glass(&self, ray: &Ray, t_max: f64, wet: impl Fn(DVec3) -> bool) -> Option<(f64, DVec3)> {
         let mut best: Option<(f64, DVec3)> = None;
         let mut limit = t_max;
         for side in self.sides.iter().filter(|s| s.glass) {
@@ -184,7 +182,7 @@ impl Edges {
 }
 
 /// How the water surface goes on beyond its grid.
-pub(crate) fn water_continuation(scene: &Scene) -> Continuation {
+pub fn water_continuation(scene: &Scene) -> Continuation {
     let boundary = &scene.description.boundary;
     let periodic = BVec2::new(boundary.x_min == Edge::Periodic, boundary.z_min == Edge::Periodic);
     let spec = scene.grid;
@@ -207,7 +205,7 @@ pub(crate) fn water_continuation(scene: &Scene) -> Continuation {
 }
 
 /// How the ground goes on beyond its grid, which need not be that of the water.
-pub(crate) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuation {
+pub fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuation {
     let spec: &GridSpec = terrain.spec();
     let (w, h) = (spec.width(), spec.height());
     let rim = (0..w)
@@ -240,7 +238,7 @@ pub(crate) fn ground_continuation(terrain: &Grid<f32>, level: f32) -> Continuati
 }
 
 /// Side of the square that holds the scene, metres: what lengths are compared with.
-pub(crate) fn scale(scene: &Scene) -> f64 {
+pub fn scale(scene: &Scene) -> f64 {
     let water = scene.grid.extent().as_dvec2();
     let ground = scene
         .terrain

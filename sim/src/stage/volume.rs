@@ -13,8 +13,8 @@
 //! left out.
 
 use super::light::{DIFFUSE_PATH, Light};
+use crate::scene::description::Water;
 use glam::Vec3;
-use meniscus_sim::scene::description::Water;
 use std::f32::consts::PI;
 
 /// Mean cosine of scattering in natural waters (Petzold 1972: about 0.9).
@@ -22,17 +22,18 @@ const MEAN_COSINE: f32 = 0.9;
 
 /// The body of water.
 #[derive(Clone, Debug)]
-pub(crate) struct Volume {
+pub struct Volume {
     /// c per metre: what a path loses.
-    pub(crate) extinction: Vec3,
+    pub extinction: Vec3,
     /// s per metre: the part of it that is scattered isotropically.
     scattering: Vec3,
     /// (Eᵢ, kᵢ) of the sources.
-    sources: [(Vec3, Vec3); 2],
+    pub sources: [(Vec3, Vec3); 2],
 }
 
 impl Volume {
-    pub(crate) fn new(water: &Water, light: &Light) -> Self {
+    /// The water of a scene in that light.
+    pub fn new(water: &Water, light: &Light) -> Self {
         let scattering = (1.0 - MEAN_COSINE) * water.scattering.max(Vec3::ZERO);
         let extinction = water.absorption.max(Vec3::ZERO) + scattering;
         let sky = light.entering * light.sky.irradiance(Vec3::Y);
@@ -47,28 +48,28 @@ impl Volume {
     }
 
     /// Whether light passes unchanged.
-    pub(crate) fn is_clear(&self) -> bool {
+    pub fn is_clear(&self) -> bool {
         self.extinction == Vec3::ZERO
     }
 
     /// s per metre: what is scattered in all directions alike.
-    pub(crate) fn scattering(&self) -> Vec3 {
+    pub fn scattering(&self) -> Vec3 {
         self.scattering
     }
 
     /// Share of radiance left after `distance` metres.
-    pub(crate) fn transmittance(&self, distance: f32) -> Vec3 {
-        meniscus_sim::optics::transmittance(self.extinction, distance)
+    pub fn transmittance(&self, distance: f32) -> Vec3 {
+        crate::optics::transmittance(self.extinction, distance)
     }
 
     /// Share of the sky's diffuse light left at `depth` metres.
-    pub(crate) fn diffuse_transmittance(&self, depth: f32) -> Vec3 {
+    pub fn diffuse_transmittance(&self, depth: f32) -> Vec3 {
         self.transmittance(DIFFUSE_PATH * depth.max(0.0))
     }
 
     /// Radiance scattered into a path of `distance` metres (which may be infinite) that starts `depth` metres below the
     /// surface and sinks by `sinking` metres a metre.
-    pub(crate) fn scattered(&self, depth: f32, sinking: f32, distance: f32) -> Vec3 {
+    pub fn scattered(&self, depth: f32, sinking: f32, distance: f32) -> Vec3 {
         if self.scattering == Vec3::ZERO {
             return Vec3::ZERO;
         }

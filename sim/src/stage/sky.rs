@@ -4,17 +4,17 @@
 //! rest: it casts no sharp shadow, gives no sharp glint, and would double the sun that the scene names. It is therefore
 //! taken out of the picture. If the scene names no sun, it becomes the scene's, with its direction and irradiance.
 
+use crate::Scene;
+use crate::optics;
+use crate::scene::Panorama;
+use crate::scene::description;
 use glam::{Vec2, Vec3};
 use hw_skymodel::rgb::{Channel, SkyParams, SkyState};
-use meniscus_sim::Scene;
-use meniscus_sim::optics;
-use meniscus_sim::scene::Panorama;
-use meniscus_sim::scene::description;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rows of the picture that a daylight sky is evaluated to (0.7° each; the model is smooth beside the sun's disc,
 /// which is not part of it).
-const DAYLIGHT_ROWS: u32 = 256;
+pub const DAYLIGHT_ROWS: u32 = 256;
 
 /// Factor from Hosek & Wilkie's RGB radiance to scene units. At 45° and turbidity 2.5 the sky then lights level ground
 /// with 0.3 of what the default sun gives it, the usual share under a clear sky.
@@ -23,9 +23,12 @@ const DAYLIGHT_UNITS: f32 = 0.0252;
 /// Where the sun stands in a daylight sky when the scene has no sun.
 const DEFAULT_SUN: (f32, f32) = (45.0, 180.0);
 
-const HORIZON_STEPS: usize = 32;
-const NORMAL_ROWS: usize = 17;
-const NORMAL_COLUMNS: usize = 32;
+/// Steps of azimuth of the haze.
+pub const HORIZON_STEPS: usize = 32;
+/// Rows of the table of irradiance, zenith to nadir.
+pub const NORMAL_ROWS: usize = 17;
+/// Columns of the table of irradiance.
+pub const NORMAL_COLUMNS: usize = 32;
 
 /// A bright texel belongs to the sun's disc and glare within this angle, radians (5°).
 const GLARE: f32 = 0.087;
@@ -75,12 +78,31 @@ enum Dome {
     },
 }
 
-/// One resolution of an equirectangular picture.
+/// One resolution of an equirectangular picture, row-major from the zenith.
 #[derive(Clone, Debug)]
-struct Level {
-    width: usize,
-    height: usize,
-    pixels: Vec<Vec3>,
+pub struct Level {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Linear radiance.
+    pub pixels: Vec<Vec3>,
+}
+
+/// What a sky is made of, for renderers that keep it elsewhere. [`Sky::radiance`], [`Sky::haze`] and
+/// [`Sky::irradiance`] say how it is read.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyParts<'a> {
+    /// The picture and its halvings; none of a uniform sky.
+    pub levels: &'a [Level],
+    /// Turn of the picture, radians.
+    pub rotation: f32,
+    /// Factor on the picture, or the radiance of a uniform sky.
+    pub scale: Vec3,
+    /// Colour of haze by azimuth, [`HORIZON_STEPS`] around.
+    pub horizon: &'a [Vec3],
+    /// Irradiance by normal, [`NORMAL_ROWS`] of [`NORMAL_COLUMNS`]; none of a uniform sky.
+    pub irradiance: &'a [Vec3],
 }
 
 impl Sky {
@@ -140,6 +162,25 @@ impl Sky {
     /// The sun: the scene's, else the picture's.
     pub fn sun(&self) -> Option<Sun> {
         self.sun
+    }
+
+    /// The parts.
+    pub fn parts(&self) -> SkyParts<'_> {
+        let (levels, rotation, scale) = match &self.dome {
+            Dome::Uniform(radiance) => (&[][..], 0.0, *radiance),
+            Dome::Picture {
+                levels,
+                rotation,
+                scale,
+            } => (levels.as_slice(), *rotation, Vec3::splat(*scale)),
+        };
+        SkyParts {
+            levels,
+            rotation,
+            scale,
+            horizon: &self.horizon,
+            irradiance: &self.irradiance,
+        }
     }
 
     /// Radiance from `direction` (unit, pointing away from the eye), averaged over a cone of half-angle `spread`
@@ -281,7 +322,7 @@ fn azimuth(direction: Vec3) -> f32 {
 }
 
 /// Unit direction of that azimuth and elevation, radians.
-pub(crate) fn toward(azimuth: f32, elevation: f32) -> Vec3 {
+pub fn toward(azimuth: f32, elevation: f32) -> Vec3 {
     let (sa, ca) = azimuth.sin_cos();
     let (se, ce) = elevation.sin_cos();
     Vec3::new(sa * ce, se, -ca * ce)

@@ -5,32 +5,37 @@
 //! is not changed. It is a fixed function of position and scene seed. Level ground (tanks, pools) and checkerboards
 //! have none.
 
+use crate::Scene;
+use crate::rng::Rng;
 use glam::{DVec2, Vec2, Vec3};
-use meniscus_sim::Scene;
-use meniscus_sim::rng::Rng;
 
 /// Stream of the random generator that noise draws from.
 const NOISE_STREAM: u64 = 0x006e_6f69_7365;
 /// Samples of the noise lattice along a side; octaves are turned against each other so that repeats do not align.
-const LATTICE: usize = 128;
+pub const LATTICE: usize = 128;
 const OCTAVES: u32 = 10;
 /// Each octave is turned by atan(3/4) and moved, so that lattice directions do not show.
 const TURN: DVec2 = DVec2::new(0.8, 0.6);
 
 /// The look of the ground of one scene.
 #[derive(Debug)]
-pub(crate) struct Ground {
-    albedo: Vec3,
-    steep: Vec3,
-    shore: Vec3,
-    checker: f64,
-    spacing: f64,
+pub struct Ground {
+    /// Colour of flat ground.
+    pub albedo: Vec3,
+    /// Colour of steep ground, walls and decks.
+    pub steep: Vec3,
+    /// Colour of the shore and of ground under water, or the second colour of a checkerboard.
+    pub shore: Vec3,
+    /// Side of the squares of a checkerboard, metres; 0 for none.
+    pub checker: f64,
+    /// Distance of the ground's samples, metres.
+    pub spacing: f64,
     noise: Option<Noise>,
 }
 
 impl Ground {
     /// `relief`: whether the ground has any.
-    pub(crate) fn new(scene: &Scene, spacing: f64, relief: bool) -> Self {
+    pub fn new(scene: &Scene, spacing: f64, relief: bool) -> Self {
         let look = &scene.description.ground;
         let checker = f64::from(look.checker);
         Self {
@@ -44,18 +49,23 @@ impl Ground {
     }
 
     /// Bytes of the noise lattice, where there is one.
-    pub(crate) fn noise_bytes() -> u64 {
+    pub fn noise_bytes() -> u64 {
         (LATTICE * LATTICE * size_of::<f32>()) as u64
     }
 
+    /// The noise's lattice, [`LATTICE`] squared, row-major; `None` for level ground and checkerboards.
+    pub fn lattice(&self) -> Option<&[f32]> {
+        self.noise.as_ref().map(|noise| noise.lattice.as_slice())
+    }
+
     /// Colour of faces of walls and of the deck around a basin.
-    pub(crate) fn wall(&self) -> Vec3 {
+    pub fn wall(&self) -> Vec3 {
         self.steep
     }
 
     /// Albedo and shading slope at `p` (X, Z), where the ground's smooth slope is `slope`, it lies `above` metres above
     /// the water (negative: below), and a pixel covers `footprint` metres.
-    pub(crate) fn shade(&self, p: DVec2, slope: Vec2, above: f32, footprint: f32) -> (Vec3, Vec2) {
+    pub fn shade(&self, p: DVec2, slope: Vec2, above: f32, footprint: f32) -> (Vec3, Vec2) {
         if self.checker > 0.0 {
             let share = checker_share(p / self.checker, f64::from(footprint) / self.checker);
             return (self.albedo.lerp(self.shore, share as f32), slope);

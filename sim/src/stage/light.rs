@@ -4,18 +4,18 @@
 //! without a factor: pictures taken in air are exact, pictures taken under water are darker by n² throughout, which is
 //! a matter of exposure. Irradiance under water is scaled likewise.
 
-use crate::sky::{Sky, Sun};
+use super::sky::{Sky, Sun};
+use crate::optics::fresnel;
+use crate::scene::description::Description;
 use glam::Vec3;
-use meniscus_sim::optics::fresnel;
-use meniscus_sim::scene::description::Description;
 use std::f32::consts::PI;
 
 /// Mean path of diffuse light a metre of depth: the radiance that entered through a flat surface runs within 48.6° of
 /// the vertical, on average at 1.2 times the depth.
-pub(crate) const DIFFUSE_PATH: f32 = 1.2;
+pub const DIFFUSE_PATH: f32 = 1.2;
 
 /// What the tracer asks of the sun.
-pub(crate) trait Disc {
+pub trait Disc {
     /// Radiance of the disc seen through a cone of half-angle `spread`.
     fn disc(&self, direction: Vec3, spread: f32) -> Vec3;
     /// A direction towards the disc; `u` in the unit square picks the point.
@@ -48,29 +48,32 @@ impl Disc for Sun {
 
 /// Everything that shines, with what the water lets through.
 #[derive(Debug)]
-pub(crate) struct Light {
-    pub(crate) sky: Sky,
-    pub(crate) sun: Option<Sun>,
+pub struct Light {
+    /// The sky without the sun.
+    pub sky: Sky,
+    /// The sun.
+    pub sun: Option<Sun>,
     /// Share of the light of a uniform sky that enters flat water, in basic radiance: ∫ (1 − F) 2 sinθ cosθ dθ within
     /// the critical angle.
-    pub(crate) entering: f32,
+    pub entering: f32,
     /// The sun's beam below flat water.
-    pub(crate) beam: Option<Beam>,
+    pub beam: Option<Beam>,
     /// Mean radiance of what lies below the horizon, for surfaces that face down.
-    pub(crate) from_below: Vec3,
+    pub from_below: Vec3,
 }
 
 /// Sunlight below flat water.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beam {
+pub struct Beam {
     /// Unit direction from below towards where the light comes from.
-    pub(crate) direction: Vec3,
+    pub direction: Vec3,
     /// Basic irradiance across the beam just below the surface.
-    pub(crate) irradiance: Vec3,
+    pub irradiance: Vec3,
 }
 
 impl Light {
-    pub(crate) fn new(description: &Description, sky: Sky) -> Self {
+    /// The light of a scene under that sky.
+    pub fn new(description: &Description, sky: Sky) -> Self {
         let index = description.water.index;
         let sun = sky.sun();
         let beam = sun.filter(|s| s.direction.y > 0.0).map(|s| beam_below(&s, index));
@@ -91,7 +94,7 @@ impl Light {
     }
 
     /// Irradiance of level ground in the open.
-    pub(crate) fn level_irradiance(&self) -> Vec3 {
+    pub fn level_irradiance(&self) -> Vec3 {
         let sun = self
             .sun
             .map_or(Vec3::ZERO, |s| s.irradiance * s.direction.y.max(0.0));
@@ -99,13 +102,13 @@ impl Light {
     }
 
     /// Irradiance by sky and surroundings (not sun) of a surface in air.
-    pub(crate) fn ambient(&self, normal: Vec3) -> Vec3 {
+    pub fn ambient(&self, normal: Vec3) -> Vec3 {
         self.sky.irradiance(normal) + self.from_below * (0.5 * PI * (1.0 - normal.y))
     }
 }
 
 /// See [`Light::entering`]; the midpoint rule in sin²θ, where the integrand is smooth up to the critical angle.
-pub(crate) fn entering_share(index: f32) -> f32 {
+pub fn entering_share(index: f32) -> f32 {
     if index <= 1.0 {
         return 1.0;
     }

@@ -1,0 +1,355 @@
+//! What a scene and a frame ask of a picture: all that decides which passes there are and how large things become.
+
+use crate::settings::{PhotonMap, Settings};
+use meniscus_sim::glam::UVec2;
+use meniscus_sim::scene::description::{Edge, Shape, Sky as SkyKind};
+use meniscus_sim::stage::continuation::continued_spec;
+use meniscus_sim::stage::{ground, sky, surroundings};
+use meniscus_sim::{Frame, GridSpec, Scene};
+
+/// Levels of a pyramid at most.
+pub const MOST_LEVELS: usize = 16;
+
+/// Where the parts of a heightfield stand in the buffer of heights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FieldShape {
+    /// Samples with the continuation; zero if there is no such field.
+    pub size: [u32; 2],
+    /// First value of the heights.
+    pub heights: u32,
+    /// First value of the slopes, two a sample.
+    pub slopes: u32,
+    /// First value of each level of the pyramid from level 1, two a block.
+    pub pyramid: [u32; MOST_LEVELS],
+    /// Levels.
+    pub levels: u32,
+    /// Value after the last.
+    pub end: u32,
+}
+
+impl FieldShape {
+    /// A field of `size` samples whose values begin at `start`; `None` if its values cannot be counted in 32 bits.
+    pub fn new(size: UVec2, start: u64) -> Option<Self> {
+        let samples = u64::from(size.x) * u64::from(size.y);
+        let mut shape = Self {
+            size: size.to_array(),
+            heights: u32::try_from(start).ok()?,
+            slopes: u32::try_from(start + samples).ok()?,
+            ..Self::default()
+        };
+        let mut next = start + 3 * samples;
+        let cells = size - 1;
+        let mut level = 1;
+        while level <= MOST_LEVELS as u32 {
+            let blocks = blocks_of(cells, level);
+            shape.pyramid[level as usize - 1] = u32::try_from(next).ok()?;
+            next += 2 * u64::from(blocks.x) * u64::from(blocks.y);
+            shape.levels = level;
+            if blocks.max_element() == 1 {
+                break;
+            }
+            level += 1;
+        }
+        shape.end = u32::try_from(next).ok()?;
+        Some(shape)
+    }
+
+    /// Whether the scene has it.
+    pub fn is_present(&self) -> bool {
+        self.size[0] > 0
+    }
+}
+
+/// Blocks of `2^level` cells.
+pub fn blocks_of(cells: UVec2, level: u32) -> UVec2 {
+    let block = 1_u32 << level;
+    UVec2::new(cells.x.div_ceil(block), cells.y.div_ceil(block))
+}
+
+/// Sizes of the photon map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CausticSizes {
+    /// Photons along X and Z.
+    pub photons: [u32; 2],
+    /// Texels of the map along X and Z.
+    pub map: [u32; 2],
+    /// Whether it is filtered.
+    pub filter: bool,
+}
+
+/// See the module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// Picture, pixels.
+    pub size: [u32; 2],
+    /// Rows of the sky's picture, columns; none of a uniform sky.
+    pub sky: Option<[u32; 2]>,
+    /// Objects.
+    pub objects: u32,
+    /// Rows of the buffer of objects.
+    pub solid_rows: u32,
+    /// Whether the frame has droplets.
+    pub spray: bool,
+    /// Foam samples; 0 without foam.
+    pub foam: u32,
+    /// Focused sunlight, where there is any.
+    pub caustics: Option<CausticSizes>,
+    /// Whether the look of the ground has noise.
+    pub noise: bool,
+    /// Samples of the sky seen by the ground.
+    pub open: u32,
+    /// Water, ground.
+    pub fields: [FieldShape; 2],
+    /// Whether the scene has a sun.
+    pub sun: bool,
+    /// Sides that end the water, and whether each is seen through.
+    pub sides: Vec<bool>,
+    /// What rasterised techniques draw.
+    pub mesh: MeshSizes,
+}
+
+/// How finely rasterised techniques cut things into triangles.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MeshSizes {
+    /// Squares of the ground along X and Z.
+    pub ground: [u32; 2],
+    /// Squares along each axis of a wall or deck.
+    pub wall: u32,
+    /// Tiles of a periodic surface along a side; 1 if it does not repeat.
+    pub tiles: u32,
+    /// Object, first row of `meshes`, triangles.
+    pub objects: Vec<[u32; 3]>,
+}
+
+impl MeshSizes {
+    /// Rows of the buffer of meshes.
+    pub fn rows(&self) -> u32 {
+        self.objects.iter().map(|[_, _, n]| 6 * n).sum()
+    }
+}
+
+/// A scene is too large for the buffers of any device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a grid of {0} x {1} samples has more values than 32 bits count; use a coarser spacing")]
+pub struct TooLarge(pub u32, pub u32);
+
+impl Facts {
+    /// What can be known from the scene alone; `spec` is the grid of the frame. Foam and droplets are left out until a frame
+    /// has them.
+    ///
+    /// # Errors
+    /// [`TooLarge`].
+    pub fn of_scene(
+        scene: &Scene,
+        spec: &GridSpec,
+        size: UVec2,
+        settings: &Settings,
+    ) -> Result<Self, TooLarge> {
+        let d = &scene.description;
+        let ground = scene.terrain.as_ref();
+        let relief = ground.is_some_and(|t| {
+            let (low, high) = t.range();
+            low < high
+        });
+        let too_large = |size: UVec2| TooLarge(size.x, size.y);
+        // The ground first: it stays where it is when the water's grid changes.
+        let ground_shape = match ground {
+            Some(terrain) => {
+                let how = surroundings::ground_continuation(terrain, d.water.level);
+                let size = continued_spec(terrain.spec(), &how).size;
+                FieldShape::new(size, 0).ok_or_else(|| too_large(size))?
+            }
+            None => FieldShape::default(),
+        };
+        let how = surroundings::water_continuation(scene);
+        let water_size = continued_spec(spec, &how).size;
+        let water_shape =
+            FieldShape::new(water_size, u64::from(ground_shape.end)).ok_or_else(|| too_large(water_size))?;
+        let sky = match (&d.light.sky, &scene.sky) {
+            (SkyKind::Uniform { .. }, _) | (SkyKind::Picture { .. }, None) => None,
+            (SkyKind::Picture { .. }, Some(picture)) => Some(picture.size.to_array()),
+            (SkyKind::Daylight { .. }, _) => Some([2 * sky::DAYLIGHT_ROWS, sky::DAYLIGHT_ROWS]),
+        };
+        let sun = d.light.sun.is_some() || scene.sky.is_some() && sky::Sky::new(scene).sun().is_some();
+        let caustics = (settings.caustics && sun && ground.is_some() && spec.size.min_element() > 1)
+            .then(|| CausticSizes::new(settings.photon_map, spec));
+        Ok(Self {
+            size: size.to_array(),
+            sky,
+            objects: d.objects.len() as u32,
+            solid_rows: planned_rows(scene),
+            spray: false,
+            foam: 0,
+            caustics,
+            noise: relief && d.ground.checker <= 0.0,
+            open: ground.filter(|_| relief).map_or(0, |t| t.spec().len() as u32),
+            fields: [water_shape, ground_shape],
+            sun,
+            sides: sides(scene),
+            mesh: MeshSizes {
+                ground: [128; 2],
+                wall: 32,
+                tiles: if how.periodic.any() { 13 } else { 1 },
+                objects: planned_meshes(scene),
+            },
+        })
+    }
+
+    /// With what the frame carries.
+    pub fn with_frame(mut self, frame: &Frame) -> Self {
+        self.spray = frame
+            .droplets
+            .as_ref()
+            .is_some_and(|d| d.radius.iter().any(|r| *r > 0.0));
+        self.foam = frame
+            .foam
+            .as_ref()
+            .filter(|f| f.spec().size.min_element() > 1)
+            .map_or(0, |f| f.spec().len() as u32);
+        self
+    }
+
+    /// Values of the buffer of heights.
+    pub fn height_values(&self) -> u64 {
+        u64::from(self.fields[0].end.max(self.fields[1].end))
+    }
+
+    /// Values of the tables: haze, irradiance, noise, openness.
+    pub fn table_values(&self) -> u64 {
+        let irradiance = if self.sky.is_some() {
+            3 * sky::NORMAL_ROWS * sky::NORMAL_COLUMNS
+        } else {
+            0
+        };
+        let noise = if self.noise {
+            ground::LATTICE * ground::LATTICE
+        } else {
+            0
+        };
+        (3 * sky::HORIZON_STEPS + irradiance + noise) as u64 + u64::from(self.open)
+    }
+
+    /// Bytes of the sky's texture with its halvings down to four rows.
+    pub fn sky_bytes(&self) -> u64 {
+        let Some([mut w, mut h]) = self.sky else { return 0 };
+        let mut texels = 0;
+        loop {
+            texels += u64::from(w) * u64::from(h);
+            if h < 8 || w < 8 {
+                break;
+            }
+            (w, h) = (w / 2, h / 2);
+        }
+        8 * texels
+    }
+}
+
+impl CausticSizes {
+    fn new(map: PhotonMap, spec: &GridSpec) -> Self {
+        match map {
+            PhotonMap::Grid { filter } => Self {
+                photons: (2 * (spec.size - 1)).to_array(),
+                map: spec.size.to_array(),
+                filter,
+            },
+            PhotonMap::Square { photons, map, filter } => Self {
+                photons: [photons.max(1); 2],
+                map: [map.max(2); 2],
+                filter,
+            },
+        }
+    }
+}
+
+/// The walls of a basin; no camera is beyond them yet.
+fn sides(scene: &Scene) -> Vec<bool> {
+    if !surroundings::is_basin(scene) {
+        return Vec::new();
+    }
+    let b = &scene.description.boundary;
+    let walls = [b.x_min, b.x_max, b.z_min, b.z_max].map(|e| e == Edge::Wall);
+    walls.into_iter().filter(|w| *w).map(|_| false).collect()
+}
+
+/// The triangles of the objects before they are cut.
+fn planned_meshes(scene: &Scene) -> Vec<[u32; 3]> {
+    let mut first = 0;
+    let mut out = Vec::new();
+    for (k, mesh) in scene.meshes.iter().enumerate() {
+        let n = mesh.triangles.len() as u32;
+        out.push([k as u32, first, n]);
+        first += 6 * n;
+    }
+    out
+}
+
+/// Rows of the buffer of objects, from the sizes of their meshes: six a record, and at most one node of two rows for every
+/// second triangle and six rows a triangle.
+fn planned_rows(scene: &Scene) -> u32 {
+    let objects = &scene.description.objects;
+    let records = 6 * objects.len();
+    let models = objects
+        .iter()
+        .zip(&scene.meshes)
+        .filter(|(object, _)| matches!(object.shape, Shape::Model { .. }))
+        .map(|(_, mesh)| 7 * mesh.triangles.len() + 2);
+    (records + models.sum::<usize>()) as u32
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Nothing that chooses shader pieces, each alone, all but each, and everything.
+    pub(crate) fn all_kinds() -> Vec<Facts> {
+        let water = FieldShape::new(UVec2::new(33, 17), 0).unwrap();
+        let single = (0..6).map(|k| 1 << k);
+        [0, 63]
+            .into_iter()
+            .chain(single.clone())
+            .chain(single.map(|bit| 63 - bit))
+            .map(|bits: u32| {
+                let has = |k: u32| bits >> k & 1 == 1;
+                Facts {
+                    size: [16, 8],
+                    sky: has(0).then_some([64, 32]),
+                    objects: u32::from(has(1)),
+                    solid_rows: 6,
+                    spray: has(2),
+                    foam: if has(3) { 33 * 17 } else { 0 },
+                    caustics: has(4).then_some(CausticSizes {
+                        photons: [64, 32],
+                        map: [33, 17],
+                        filter: has(5),
+                    }),
+                    noise: true,
+                    open: 0,
+                    fields: [
+                        water,
+                        FieldShape::new(UVec2::new(4, 4), u64::from(water.end)).unwrap(),
+                    ],
+                    sun: true,
+                    sides: vec![false, has(0)],
+                    mesh: MeshSizes {
+                        ground: [8; 2],
+                        wall: 4,
+                        tiles: 1,
+                        objects: if has(1) { vec![[0, 0, 12]] } else { vec![] },
+                    },
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_parts_of_a_field_follow_each_other() {
+        let shape = FieldShape::new(UVec2::new(9, 5), 10).unwrap();
+        assert_eq!((shape.heights, shape.slopes, shape.pyramid[0]), (10, 55, 145));
+        // 8 × 4 patches: 4 × 2, 2 × 1, 1 × 1 blocks.
+        assert_eq!(
+            (shape.levels, shape.pyramid[1], shape.pyramid[2], shape.end),
+            (3, 161, 165, 167)
+        );
+        assert!(FieldShape::new(UVec2::splat(60_000), 0).is_none());
+    }
+}
