@@ -1,9 +1,13 @@
 //! Cost of the shallow-water solver: `cargo bench -p meniscus-sim --bench shallow_water`.
 //!
 //! `Kitem/s` and `Mitem/s` are cell updates (cells times sub-steps) a second, at one and two threads, over a rough bed.
+//! Run it on a quiet machine; one row alone: `-- 'lattice_f32::1::1024|triad'`.
+//!
 //! `triad` is the memory's own speed in the same run, a(i) = b(i) + s c(i) over arrays beyond the caches: a step of the
 //! finite volumes in `f32` moves 28 bytes a cell (16 read, 12 written; 40 where a written line is read first, as in the
-//! triad, whose 12 bytes then are 16), so the roofline in cell updates is the triad's GB/s over 30.
+//! triad, whose 12 bytes then are 16), so the roofline in cell updates is the triad's GB/s over 30. Where all water is
+//! calm a step of the lattice is in place and moves 52 bytes a cell (28 read, 24 written), else 76: the triad's GB/s over
+//! 39 or over 57.
 
 #![allow(clippy::print_stdout, reason = "a bench reports to a person")]
 
@@ -11,16 +15,25 @@ use divan::counter::{BytesCount, ItemsCount};
 use divan::{Bencher, black_box};
 use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::rng::Rng;
-use meniscus_sim::shallow_water::{Initial, Precision, Settings, ShallowWater};
+use meniscus_sim::shallow_water::{
+    DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, ShallowWater,
+};
 use meniscus_sim::{GridSpec, Solver};
 use rayon::prelude::*;
 
 fn main() {
     println!("bytes a cell, with everything that the solver holds:");
-    for side in SIDES {
-        let per_cell = |precision| solver(side, precision, waves).bytes() as f64 / f64::from(side).powi(2);
-        let (single, double) = (per_cell(Precision::Single), per_cell(Precision::Double));
-        println!("  {side:>4}²  f32 {single:.1}  f64 {double:.1}");
+    for side in [256, 1024] {
+        for (name, method) in [
+            ("finite-volume", volumes()),
+            ("lattice", lattice()),
+            ("bgk", bgk()),
+        ] {
+            let per_cell =
+                |precision| solver(side, method, precision, waves).bytes() as f64 / f64::from(side).powi(2);
+            let (single, double) = (per_cell(Precision::Single), per_cell(Precision::Double));
+            println!("  {side:>4}²  {name:<13}  f32 {single:.1}  f64 {double:.1}");
+        }
     }
     divan::main();
 }
@@ -29,6 +42,20 @@ const SIDES: [u32; 5] = [256, 512, 1024, 2048, 4096];
 
 /// A length that no arithmetic rounds.
 const SPACING: f32 = 0.5;
+
+fn volumes() -> Method {
+    Method::FiniteVolume
+}
+
+fn lattice() -> Method {
+    Method::Lattice(LatticeSettings::default())
+}
+
+fn bgk() -> Method {
+    Method::Bgk {
+        relaxation: DEFAULT_RELAXATION,
+    }
+}
 
 /// Ground and surface at the sample of these coordinates in m and random number in [0, 1).
 type State = fn(f64, f64, f64) -> (f64, f64);
@@ -46,7 +73,7 @@ fn pond(x: f64, z: f64, noise: f64) -> (f64, f64) {
     (ground.min(50.0 + noise), 0.01 * (0.5 * x).sin())
 }
 
-fn solver(side: u32, precision: Precision, state: State) -> ShallowWater {
+fn solver(side: u32, method: Method, precision: Precision, state: State) -> ShallowWater {
     let spec = GridSpec::new(Vec2::ZERO, SPACING, UVec2::splat(side)).expect("the bench's grid is right");
     let mut rng = Rng::new(1, 0);
     let (mut ground, mut elevation) = (Vec::with_capacity(spec.len()), Vec::with_capacity(spec.len()));
@@ -62,6 +89,7 @@ fn solver(side: u32, precision: Precision, state: State) -> ShallowWater {
         velocity: None,
     };
     let settings = Settings {
+        method,
         precision,
         ..Settings::default()
     };
@@ -98,18 +126,55 @@ fn pool(threads: usize) -> rayon::ThreadPool {
 
 #[divan::bench(args = SIDES, consts = [1, 2], sample_count = 7, sample_size = 1)]
 fn finite_volume_f32<const THREADS: usize>(bencher: Bencher, side: u32) {
-    measure(bencher, THREADS, solver(side, Precision::Single, waves));
+    measure(
+        bencher,
+        THREADS,
+        solver(side, volumes(), Precision::Single, waves),
+    );
 }
 
 #[divan::bench(args = [256, 1024], consts = [1, 2], sample_count = 7, sample_size = 1)]
 fn finite_volume_f64<const THREADS: usize>(bencher: Bencher, side: u32) {
-    measure(bencher, THREADS, solver(side, Precision::Double, waves));
+    measure(
+        bencher,
+        THREADS,
+        solver(side, volumes(), Precision::Double, waves),
+    );
 }
 
 /// Cells that are dry and far from water cost nothing: all cells are counted, one in a thousand is wet at 2048².
 #[divan::bench(args = [256, 1024, 2048], consts = [1, 2], sample_count = 7, sample_size = 1)]
 fn finite_volume_mostly_dry<const THREADS: usize>(bencher: Bencher, side: u32) {
-    measure(bencher, THREADS, solver(side, Precision::Single, pond));
+    measure(bencher, THREADS, solver(side, volumes(), Precision::Single, pond));
+}
+
+/// All cells deep and calm.
+#[divan::bench(args = SIDES, consts = [1, 2], sample_count = 7, sample_size = 1)]
+fn lattice_f32<const THREADS: usize>(bencher: Bencher, side: u32) {
+    measure(
+        bencher,
+        THREADS,
+        solver(side, lattice(), Precision::Single, waves),
+    );
+}
+
+#[divan::bench(args = [256, 1024], consts = [1, 2], sample_count = 7, sample_size = 1)]
+fn lattice_f64<const THREADS: usize>(bencher: Bencher, side: u32) {
+    measure(
+        bencher,
+        THREADS,
+        solver(side, lattice(), Precision::Double, waves),
+    );
+}
+
+#[divan::bench(args = [256, 1024, 2048], consts = [1, 2], sample_count = 7, sample_size = 1)]
+fn lattice_mostly_dry<const THREADS: usize>(bencher: Bencher, side: u32) {
+    measure(bencher, THREADS, solver(side, lattice(), Precision::Single, pond));
+}
+
+#[divan::bench(args = SIDES, consts = [1, 2], sample_count = 7, sample_size = 1)]
+fn bgk_f32<const THREADS: usize>(bencher: Bencher, side: u32) {
+    measure(bencher, THREADS, solver(side, bgk(), Precision::Single, waves));
 }
 
 /// The memory's speed.

@@ -381,6 +381,7 @@ impl Draw {
                     ShallowWaterScheme::FiniteVolume
                 },
                 manning: self.number(0.0, 10.0),
+                smagorinsky: self.number(0.0, 0.19),
                 courant: self.option(|d| d.number(0.01, 0.99)),
                 relaxation: None,
                 film_depth: self.option(Self::length),

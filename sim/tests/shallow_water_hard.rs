@@ -6,7 +6,7 @@
 use glam::{UVec2, Vec2};
 use meniscus_sim::events::Action;
 use meniscus_sim::rng::Rng;
-use meniscus_sim::shallow_water::stability::{self, Verdict};
+use meniscus_sim::shallow_water::stability::{self, Verdict, limits};
 use meniscus_sim::shallow_water::{Condition, Edges, Initial, Precision, Settings, SetupError, ShallowWater};
 use meniscus_sim::{GridSpec, Solver, StepError};
 
@@ -267,6 +267,26 @@ fn steps_that_would_take_too_long_are_refused_and_change_nothing() {
     assert_eq!(solver.depths(), before);
     for dt in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         assert!(matches!(solver.advance(dt), Err(StepError::InvalidStep { .. })));
+    }
+}
+
+#[test]
+fn the_limits_of_the_schemes_are_those_of_the_page() {
+    let (relaxations, steps) = (limits::relaxations(), limits::steps());
+    let table = limits::markdown(&relaxations, &steps);
+    assert!(
+        include_str!("../../docs/numerics-lattice.md").contains(&table),
+        "the table in docs/numerics-lattice.md is not this:\n{table}"
+    );
+    for row in &relaxations {
+        // Finite volumes take over wherever water is not calm.
+        assert!(
+            row.scheme != "lattice" || (row.shear && row.ratio >= 1e6),
+            "{row:?}"
+        );
+    }
+    for row in &steps {
+        assert!(row.survives >= row.default, "{row:?}");
     }
 }
 

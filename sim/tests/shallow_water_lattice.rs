@@ -391,3 +391,182 @@ fn the_laboratory_tsunami() {
         );
     }
 }
+
+/// A jet whose only friction is that of eddies, u_t = ℓ² (|u_z| u_z)_z: Barenblatt's solution for the p-Laplacian with
+/// p = 3, u = s^-¼ (K − ξ^(3/2)/6)² with s = ℓ² t and ξ = |z| s^-¼.
+struct Jet {
+    s0: f64,
+    k: f64,
+}
+
+impl Jet {
+    /// With a half width in m and a speed in m/s at the start.
+    fn new(width: f64, speed: f64) -> Self {
+        let a = (width / (36.0_f64.cbrt() * speed.cbrt())).powf(0.75);
+        Self {
+            s0: a.powi(4),
+            k: (speed * a).sqrt(),
+        }
+    }
+
+    fn at(&self, z: f64, s: f64) -> f64 {
+        let xi = z.abs() * s.powf(-0.25);
+        s.powf(-0.25) * (self.k - xi.powf(1.5) / 6.0).max(0.0).powi(2)
+    }
+}
+
+/// The same with a viscosity in m²/s besides, by small steps of a fine grid: values at distances `dz` from −`half`.
+fn spread(jet: &Jet, half: f64, time: f64, square: f64, viscosity: impl Fn(f64) -> f64) -> (f64, Vec<f64>) {
+    let n = 400;
+    let dz = 2.0 * half / f64::from(n);
+    let mut u: Vec<f64> = (0..=n)
+        .map(|i| jet.at(f64::from(i) * dz - half, jet.s0))
+        .collect();
+    let dt = 0.1 * dz * dz / 0.05;
+    let steps = (time / dt).ceil();
+    let dt = time / steps;
+    for _ in 0..steps as usize {
+        let flux: Vec<f64> = u
+            .windows(2)
+            .map(|w| {
+                let slope = (w[1] - w[0]) / dz;
+                (viscosity(0.5 * (w[0] + w[1])) + square * slope.abs()) * slope
+            })
+            .collect();
+        for i in 1..u.len() - 1 {
+            u[i] += dt / dz * (flux[i] - flux[i - 1]);
+        }
+    }
+    (dz, u)
+}
+
+#[test]
+fn a_jet_spreads_as_its_eddies_say() {
+    const DEPTH: f64 = 1.0;
+    const SPEED: f64 = 0.9;
+    const C: f64 = 0.2;
+    let (half, square) = (32.0, C * C);
+    let jet = Jet::new(8.0, SPEED);
+    let time = 2.0 * jet.s0 / square;
+    let gh = 9.81 * DEPTH;
+    let slow = LatticeSettings::default();
+    // The step in seconds, and what each scheme adds of its own to a shear flow: (τ − ½) Δt times the moment of third
+    // order that carries momentum across, e²/3 with Δx = 1 m for `bgk` and g h/2 for `lattice`.
+    type Viscosity = Box<dyn Fn(f64) -> f64>;
+    let own: [(Method, f64, Viscosity); 3] = [
+        (Method::FiniteVolume, 0.1, Box::new(|_| 0.0)),
+        (
+            Method::Bgk { relaxation: 0.505 },
+            0.19,
+            Box::new(|_| 0.005 / (3.0 * 0.19)),
+        ),
+        (
+            lattice(),
+            0.1,
+            Box::new(move |u| {
+                let rate = 1.0 + (slow.shear_rate - 1.0) / (1.0 + slow.sluggish * u * u / gh);
+                (1.0 / rate - 0.5) * 0.1 * gh / 2.0
+            }),
+        ),
+    ];
+    for (method, dt, viscosity) in own {
+        let (dz, truth) = spread(&jet, half, time, square, &viscosity);
+        if method == Method::FiniteVolume {
+            // The reference itself against the closed form.
+            let worst = truth.iter().enumerate().fold(0.0_f64, |worst, (i, u)| {
+                worst.max((u - jet.at(i as f64 * dz - half, 3.0 * jet.s0)).abs())
+            });
+            assert!(worst < 2e-3 * SPEED, "{worst}");
+        }
+        for along_x in [true, false] {
+            let spec = if along_x {
+                grid(3, 64, 1.0)
+            } else {
+                grid(64, 3, 1.0)
+            };
+            let middle = 31.5;
+            let across = |x: f64, z: f64| {
+                if along_x {
+                    z - 7.0 - middle
+                } else {
+                    x + 3.0 - middle
+                }
+            };
+            let run = |smagorinsky: f64| {
+                let initial = Initial::moving(&spec, |x, z| {
+                    let u = jet.at(across(x, z), jet.s0);
+                    (0.0, DEPTH, if along_x { [u, 0.0] } else { [0.0, u] })
+                });
+                let settings = Settings {
+                    smagorinsky,
+                    ..settings(method, Precision::Double, &Condition::Periodic)
+                };
+                let mut solver = ShallowWater::new(spec, &initial, settings).unwrap();
+                let before = solver.report().momentum;
+                let steps = (time / dt).round() as usize;
+                for _ in 0..steps {
+                    assert_eq!(solver.advance(dt as f32).unwrap().substeps, 1);
+                }
+                let after = solver.report().momentum;
+                for a in 0..2 {
+                    assert!((after[a] - before[a]).abs() <= 1e-9 * before[0].max(before[1]));
+                }
+                let (mut error, mut all) = (0.0, 0.0);
+                for (k, q) in solver.discharges().iter().enumerate() {
+                    let position = spec.position(k % spec.width(), k / spec.width());
+                    let at = across(f64::from(position.x), f64::from(position.y)) + half;
+                    let (i, part) = ((at / dz).floor() as usize, (at / dz).fract());
+                    let exact = truth[i] * (1.0 - part) + truth[i + 1] * part;
+                    error += (q[usize::from(!along_x)] / DEPTH - exact).abs();
+                    all += exact;
+                }
+                error / all
+            };
+            let (with, without) = (run(C), run(0.0));
+            println!("jet {method:?} along x {along_x}: {with:.4} with eddies, {without:.4} without");
+            assert!(with < 0.02, "{method:?}: {with}");
+            assert!(without > 3.0 * with, "{method:?}: {without} against {with}");
+        }
+    }
+}
+
+#[test]
+fn eddies_leave_rest_and_water_alone() {
+    let spec = grid(61, 47, 0.7);
+    let mut rng = Rng::new(3, 0);
+    let initial = Initial {
+        ground: (0..spec.len()).map(|_| 3.0 * rng.uniform()).collect(),
+        elevation: vec![1.5; spec.len()],
+        velocity: None,
+    };
+    for method in [Method::FiniteVolume, BGK, lattice()] {
+        let settings = Settings {
+            smagorinsky: 0.2,
+            ..settings(method, Precision::Single, &Condition::Wall)
+        };
+        let mut solver = ShallowWater::new(spec, &initial, settings.clone()).unwrap();
+        solver.advance(5.0).unwrap();
+        assert_eq!(largest_speed(&solver), 0.0, "{method:?}");
+        // A dam break onto dry hills: the strongest shear there is.
+        if method != BGK {
+            let initial = Initial::still(&spec, |x, z| {
+                let ground = 0.3 * (0.9 * x).sin() * (1.1 * z).cos();
+                (ground, if x < 10.0 { 3.0 } else { ground })
+            });
+            let mut solver = ShallowWater::new(spec, &initial, settings.clone()).unwrap();
+            let start = solver.report();
+            for _ in 0..50 {
+                let report = solver.advance(0.1).unwrap();
+                assert!(report.energy <= start.energy * (1.0 + 1e-6), "{method:?}");
+                assert_eq!(report.mass, start.mass, "{method:?}");
+            }
+        }
+        for constant in [-0.1, 0.21, f64::NAN] {
+            let settings = Settings {
+                smagorinsky: constant,
+                ..settings.clone()
+            };
+            assert!(ShallowWater::new(spec, &initial, settings).is_err(), "{constant}");
+        }
+    }
+}

@@ -332,6 +332,7 @@ pub(crate) const SOLVER: &[Variant] = &[
             optional("scheme", Choice(&["auto", "finite-volume", "lattice", "bgk"])),
             optional("relaxation", Number(Bare, Range::new(0.5, 5.0))),
             optional("manning", Number(Roughness, Range::new(0.0, 10.0))),
+            optional("smagorinsky", Number(Bare, Range::new(0.0, 0.2))),
             optional(
                 "courant",
                 Number(

@@ -3,8 +3,8 @@
 use super::bed::BedMotion;
 use super::edges::{Edges, Series};
 use super::settings::{
-    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, SetupError,
-    position,
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_SMAGORINSKY, LatticeSettings, Method, Precision,
+    Settings, SetupError, position,
 };
 use super::solver::ShallowWater;
 use super::splash::SplashSettings;
@@ -36,6 +36,8 @@ impl ShallowWater {
             method,
             precision: Precision::Single,
             manning: f64::from(parameters.manning),
+            // The nearest `f32` to 0.2 is a little more.
+            smagorinsky: f64::from(parameters.smagorinsky).min(LARGEST_SMAGORINSKY),
             courant: parameters.courant.map_or(DEFAULT_COURANT, f64::from),
             film_depth: parameters.film_depth.map(f64::from),
             edges: Edges::of_scene(

@@ -7,6 +7,7 @@ mod bgk;
 mod boundary;
 pub mod cases;
 mod checkpoint;
+mod eddies;
 mod edges;
 pub(crate) mod exchange;
 mod finite_volume;
@@ -27,8 +28,8 @@ pub use bed::BedMotion;
 pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{
-    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LatticeSettings, Method, Precision,
-    Settings, SetupError, position,
+    DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_COURANT, LARGEST_SMAGORINSKY, LatticeSettings,
+    Method, Precision, Settings, SetupError, position,
 };
 pub use solver::ShallowWater;
 pub use splash::{Ledger, SplashSettings};

@@ -34,6 +34,14 @@ pub(crate) trait Real:
     const TINY: Self;
     /// Bits of the significand, the hidden one included.
     const DIGITS: i32;
+    /// Integers that order as the values that are not negative do: their maximum is one that may be taken in any order,
+    /// which lets a loop over it vectorise.
+    type Bits: Copy + Ord;
+
+    /// The bits; smaller than those of 0 for negative values.
+    fn bits(self) -> Self::Bits;
+    /// From bits.
+    fn of_bits(bits: Self::Bits) -> Self;
 
     /// The nearest value.
     fn from_f64(value: f64) -> Self;
@@ -60,7 +68,7 @@ pub(crate) trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $digits:literal, $tiny:literal, $magic:literal, $iterations:literal) => {
+    ($t:ident, $bits:ident, $unsigned:ident, $digits:literal, $tiny:literal, $magic:literal, $iterations:literal) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const HALF: Self = 0.5;
@@ -70,7 +78,16 @@ macro_rules! real {
             const FOUR: Self = 4.0;
             const TINY: Self = $tiny;
             const DIGITS: i32 = $digits;
+            type Bits = $bits;
 
+            #[inline(always)]
+            fn bits(self) -> $bits {
+                self.to_bits() as $bits
+            }
+            #[inline(always)]
+            fn of_bits(bits: $bits) -> Self {
+                Self::from_bits(bits as $unsigned)
+            }
             #[inline(always)]
             fn from_f64(value: f64) -> Self {
                 value as Self
@@ -100,8 +117,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, 24, 1e-30, 0x54a2_1d2a, 3);
-real!(f64, 53, 1e-200, 0x553e_f0ff_289d_d796, 4);
+real!(f32, i32, u32, 24, 1e-30, 0x54a2_1d2a, 3);
+real!(f64, i64, u64, 53, 1e-200, 0x553e_f0ff_289d_d796, 4);
 
 #[cfg(test)]
 mod tests {

@@ -7,6 +7,8 @@ use crate::grid::{GridError, GridSpec};
 
 /// Largest Courant number that the unsplit scheme is run at.
 pub const LARGEST_COURANT: f64 = 0.5;
+/// Largest Smagorinsky constant: a larger one would overshoot in the strongest shear that a step allows.
+pub const LARGEST_SMAGORINSKY: f64 = 0.2;
 /// Default Courant number.
 pub const DEFAULT_COURANT: f64 = 0.45;
 
@@ -82,6 +84,9 @@ pub struct Settings {
     pub precision: Precision,
     /// Manning's roughness in s/m^⅓, at least 0.
     pub manning: f64,
+    /// Smagorinsky's constant C, at least 0 and at most [`LARGEST_SMAGORINSKY`]: eddies smaller than a cell mix momentum
+    /// with the viscosity (C Δx)² |S|; 0 for none.
+    pub smagorinsky: f64,
     /// Courant number of the sub-steps, in (0, [`LARGEST_COURANT`]].
     pub courant: f64,
     /// Depth in metres below which velocities fade to 0; default 1e-5 of the largest initial depth. In single
@@ -106,6 +111,7 @@ impl Default for Settings {
             method: Method::default(),
             precision: Precision::Single,
             manning: 0.0,
+            smagorinsky: 0.0,
             courant: DEFAULT_COURANT,
             film_depth: None,
             edges: Edges::default(),
@@ -258,6 +264,12 @@ impl Settings {
             manning,
             manning.is_finite() && (0.0..=10.0).contains(&manning),
             "between 0 and 10 s/m^(1/3)",
+        )?;
+        parameter(
+            "smagorinsky",
+            self.smagorinsky,
+            (0.0..=LARGEST_SMAGORINSKY).contains(&self.smagorinsky),
+            "between 0 and 0.2",
         )?;
         parameter(
             "courant",

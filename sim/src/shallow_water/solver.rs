@@ -3,6 +3,7 @@
 use super::actions;
 use super::bed::MovingBed;
 use super::checkpoint::{Checkpoint, CheckpointError};
+use super::eddies::Eddies;
 use super::finite_volume::{FiniteVolume, Refusal};
 use super::floats::Floats;
 use super::real::Real;
@@ -294,7 +295,7 @@ fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: 
     let spacing = f64::from(spec.spacing);
     let start = storage::quantise::<T>(layout, initial, spacing);
     let film = settings.film_depth.unwrap_or(1e-5 * start.reference_depth);
-    let water = FiniteVolume::new(
+    let mut water = FiniteVolume::new(
         layout,
         spacing,
         settings.edges.clone(),
@@ -302,6 +303,9 @@ fn start<T: Real>(layout: Layout, spec: &GridSpec, initial: &Initial, settings: 
         film,
         settings.manning,
     );
+    if settings.smagorinsky > 0.0 {
+        water.eddies = Some(Eddies::new(settings.smagorinsky, layout));
+    }
     Scheme::new(water, settings)
 }
 
@@ -382,6 +386,7 @@ impl Solver for ShallowWater {
             match scheme!(&mut self.core, s => s.try_step(self.time, step, courant, TOLERATED)) {
                 Ok(stepped) => {
                     let (time, spec) = (self.time, self.spec);
+                    each!(&mut self.core, c => c.mix_eddies(step));
                     each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
                         .map_err(StepError::from)?;
                     speed = stepped.speed;

@@ -69,6 +69,15 @@ impl<T: Real> Fields<T> {
             qz: zeros(),
         }
     }
+
+    /// Without a single cell, for a place whose fields are in use.
+    pub(crate) fn none() -> Self {
+        Self {
+            h: Vec::new(),
+            qx: Vec::new(),
+            qz: Vec::new(),
+        }
+    }
 }
 
 /// The unit of all depths, beds and mass fluxes, in metres: a power of two.

@@ -17,6 +17,9 @@ pub struct ShallowWater {
     /// Manning's roughness in s/m^⅓; 0 for none.
     #[serde(default)]
     pub manning: f32,
+    /// Smagorinsky's constant of the eddy viscosity; 0 for none.
+    #[serde(default)]
+    pub smagorinsky: f32,
     /// Courant number of the sub-steps, in (0, 1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub courant: Option<f32>,

@@ -6,6 +6,7 @@ pub(crate) mod tile;
 
 use super::boundary::Boundary;
 use super::checkpoint::TileMemory;
+use super::eddies::Eddies;
 use super::edges::Edges;
 use super::real::Real;
 use super::storage::{Fields, Layout, Quantised, Quantum};
@@ -43,6 +44,9 @@ pub(crate) struct FiniteVolume<T> {
     manning: f64,
     pub(super) tiles: Vec<Tile<T>>,
     pub(super) tiles_x: usize,
+    /// Whether the state was changed from outside since the last step.
+    pub(super) touched: bool,
+    pub(super) eddies: Option<Eddies<T>>,
 }
 
 /// Why a sub-step did not succeed.
@@ -122,6 +126,8 @@ impl<T: Real> FiniteVolume<T> {
             manning,
             tiles: vec![fresh; tiles_x * bands],
             tiles_x,
+            touched: true,
+            eddies: None,
         }
     }
 
@@ -138,6 +144,7 @@ impl<T: Real> FiniteVolume<T> {
         for tile in &mut self.tiles {
             tile.awake = true;
         }
+        self.touched = true;
         &mut self.now
     }
 
@@ -163,6 +170,7 @@ impl<T: Real> FiniteVolume<T> {
         7 * self.layout.len() * size_of::<T>()
             + self.tiles.len() * size_of::<Tile<T>>()
             + self.boundary.bytes()
+            + self.eddies.as_ref().map_or(0, Eddies::bytes)
     }
 
     pub(super) fn constants(&self, dt: f64) -> Constants<T> {
@@ -178,6 +186,13 @@ impl<T: Real> FiniteVolume<T> {
             momentum_limit: of(self.quantum.depth_limit::<T>() * SPEED_LIMIT),
             friction: of(GRAVITY * self.manning * self.manning * dt),
         }
+    }
+
+    /// Fastest signal of the last step, m/s.
+    pub(super) fn fastest(&self) -> f64 {
+        self.tiles
+            .iter()
+            .fold(0.0, |all: f64, tile| all.max(tile.outcome.speed.to_f64()))
     }
 
     /// Fastest signal of the present state, m/s.
@@ -436,6 +451,7 @@ impl<T: Real> FiniteVolume<T> {
             }
         }
         self.boundary.fill_bed(&mut self.bed);
+        self.touched = true;
         for tile in &mut self.tiles {
             tile.awake = true;
         }

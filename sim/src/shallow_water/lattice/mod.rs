@@ -1,5 +1,6 @@
 //! Six-moment lattice Boltzmann in calm, deep water; finite volumes on every face that is not amid it.
 
+mod in_place;
 mod kernels;
 mod tile;
 
@@ -7,7 +8,7 @@ use super::boundary::Beyond;
 use super::finite_volume::{FiniteVolume, Outcome, Refusal, SPEED_LIMIT, Stepped, flag, part, volume_step};
 use super::real::Real;
 use super::settings::{DEFAULT_COURANT, LatticeSettings};
-use super::storage::GHOSTS;
+use super::storage::{Fields, GHOSTS};
 use crate::solvers::GRAVITY;
 use kernels::{Constants, Keep};
 use rayon::prelude::*;
@@ -24,16 +25,47 @@ pub(crate) struct Lattice<T> {
     /// the step, so what is held does not depend on it.
     pub(super) moments: Vec<Vec<T>>,
     next: Vec<Vec<T>>,
+    calm: Calm,
+    /// Whether `next` is behind `now` where tiles sleep, after steps in place.
+    stale: bool,
+    /// Of each tile: whether anything moved in it after the last step, where that was in place.
+    moved: Vec<bool>,
+}
+
+/// Whether the present water is calm everywhere. What is known decides how a step is computed, not what comes of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Calm {
+    /// To be looked at.
+    Unknown,
+    /// Inside the domain; what touches its edges is to be looked at.
+    Inside,
+    /// Not worth a look before the tiles are looked at one by one.
+    Doubtful,
+}
+
+/// What a sweep found.
+struct Swept {
+    /// Fastest signal, m/s.
+    speed: f64,
+    flags: u32,
+    /// Whether all water that is awake was calm and the step is one that its state before allows.
+    granted: bool,
+    in_place: bool,
+    /// What is known of the new state.
+    calm: Calm,
 }
 
 impl<T: Real> Lattice<T> {
     pub(super) fn new(water: FiniteVolume<T>, settings: LatticeSettings) -> Self {
         let zeros = vec![vec![T::ZERO; water.layout().len()]; MOMENTS];
         Self {
-            water,
             settings,
             next: zeros.clone(),
             moments: zeros,
+            calm: Calm::Unknown,
+            stale: false,
+            moved: vec![true; water.tiles.len()],
+            water,
         }
     }
 
@@ -53,6 +85,8 @@ impl<T: Real> Lattice<T> {
     /// Goes on from moments that were written from outside.
     pub(super) fn resume(&mut self) {
         self.next.clone_from(&self.moments);
+        self.calm = Calm::Unknown;
+        self.stale = false;
     }
 
     fn constants(&self, dt: f64) -> Constants<T> {
@@ -92,17 +126,27 @@ impl<T: Real> Lattice<T> {
     }
 
     /// Takes one step of `dt` seconds unless the fastest signal would then cross more than `courant` of a cell, at the
-    /// solver's scale.
+    /// solver's scale. Where all water is calm that is asked of the state before the step: it cannot change much.
     pub(super) fn try_step(&mut self, time: f64, dt: f64, courant: f64) -> Result<Stepped, Refusal> {
-        let (speed, flags) = self.sweep(time, dt);
+        let may = self.water.fastest() * dt <= courant * self.water.spacing;
+        let swept = self.sweep(time, dt, may);
+        let Swept { speed, flags, .. } = swept;
         if flags & flag::BROKEN != 0 || !(speed < SPEED_LIMIT) {
+            if swept.in_place {
+                // Where the broken values are looked for.
+                self.water.next.clone_from(&self.water.now);
+            }
             return Err(Refusal::Broken);
         }
-        if speed * dt > courant * self.water.spacing {
+        if !swept.granted && speed * dt > courant * self.water.spacing {
             return Err(Refusal::TooFast(speed));
         }
-        std::mem::swap(&mut self.water.now, &mut self.water.next);
-        std::mem::swap(&mut self.moments, &mut self.next);
+        if !swept.in_place {
+            std::mem::swap(&mut self.water.now, &mut self.water.next);
+            std::mem::swap(&mut self.moments, &mut self.next);
+        }
+        self.stale = swept.in_place;
+        self.calm = swept.calm;
         self.water.wake();
         let deep = flags & flag::DEEP != 0;
         if deep {
@@ -131,8 +175,9 @@ impl<T: Real> Lattice<T> {
         }
     }
 
-    /// Steps every tile that is awake from `now` to `next`; the fastest signal and all flags.
-    fn sweep(&mut self, time: f64, dt: f64) -> (f64, u32) {
+    /// Steps all water: in place where all of it is calm, else every tile that is awake from `now` to `next`. `may`
+    /// says that the state before allows the step.
+    fn sweep(&mut self, time: f64, dt: f64, may: bool) -> Swept {
         let k = self.constants(dt);
         let volume = self.water.constants(dt);
         let (base, film) = (self.water.base, self.water.film());
@@ -141,33 +186,107 @@ impl<T: Real> Lattice<T> {
             .fill(time + 0.5 * dt, base, film, &self.water.bed, &mut self.water.now);
         self.fill_ghosts();
         let weight = T::from_f64(DEFAULT_COURANT / self.settings.courant);
-        let water = &mut self.water;
+        if std::mem::take(&mut self.water.touched) && self.calm == Calm::Inside {
+            self.calm = Calm::Unknown;
+        }
+        let awake = self.water.tiles.iter().filter(|t| t.awake).count();
+        let calm = may && 2 * awake > self.water.tiles.len() && self.is_calm(&k);
+        let (granted, next) = if calm {
+            let inside = self.step_in_place(&k, &volume, weight);
+            (true, if inside { Calm::Inside } else { Calm::Doubtful })
+        } else {
+            let all = self.step_tiles(&k, &volume, weight);
+            let unknown = all && awake == self.water.tiles.len();
+            (may && all, if unknown { Calm::Unknown } else { Calm::Doubtful })
+        };
+        Swept {
+            speed: self.water.fastest(),
+            flags: self.water.tiles.iter().fold(0, |all, t| all | t.outcome.flags),
+            granted,
+            in_place: calm,
+            calm: next,
+        }
+    }
+
+    /// Whether all water is calm, as far as it is worth finding out.
+    fn is_calm(&mut self, k: &Constants<T>) -> bool {
+        if self.water.boundary.foreign().contains(&true) {
+            return false;
+        }
+        match self.calm {
+            Calm::Doubtful => false,
+            Calm::Inside => in_place::calm_at_edges(k, &self.source(), self.water.layout),
+            Calm::Unknown => self.survey(k),
+        }
+    }
+
+    /// Looks at every tile: whether all are calm, and which move.
+    fn survey(&mut self, k: &Constants<T>) -> bool {
+        let mut moved = std::mem::take(&mut self.moved);
+        let (layout, tiles_x) = (self.water.layout, self.water.tiles_x);
+        let bands = moved.len() / tiles_x;
+        let source = self.source();
+        let arch = pulp::Arch::new();
+        let calm = moved
+            .par_iter_mut()
+            .enumerate()
+            .map_init(Scratch::new, |scratch, (t, moved)| {
+                let extent = in_place::extent(layout, tiles_x, bands, t);
+                let (calm, moves) = arch.dispatch(Look {
+                    k,
+                    source: &source,
+                    extent,
+                    scratch,
+                });
+                *moved = moves;
+                calm
+            })
+            .reduce(|| true, |a, b| a & b);
+        self.moved = moved;
+        calm
+    }
+
+    /// The present state, with its ghosts filled.
+    fn source(&self) -> Source<'_, T> {
+        let water = &self.water;
         let layout = water.layout;
         let foreign = water.boundary.foreign();
         let known = |low: bool, high: bool, count: usize, all: usize| {
             (if low { GHOSTS } else { 0 })..(if high { GHOSTS + count } else { all })
         };
-        let moments: [&[T]; MOMENTS] = std::array::from_fn(|m| &self.moments[m][..]);
-        let source = Source {
+        Source {
             h: &water.now.h,
             qx: &water.now.qx,
             qz: &water.now.qz,
             z: &water.bed,
-            moments,
+            moments: std::array::from_fn(|m| &self.moments[m][..]),
             stride: layout.stride,
             columns: known(foreign[0], foreign[1], layout.nx, layout.stride),
             rows: known(foreign[2], foreign[3], layout.nz, layout.nz + 2 * GHOSTS),
-        };
-        let tiles_x = water.tiles_x;
-        let bands = water.tiles.len() / tiles_x;
+        }
+    }
+
+    /// Steps every tile that is awake from `now` to `next`; whether all of these were calm.
+    fn step_tiles(
+        &mut self,
+        k: &Constants<T>,
+        volume: &super::finite_volume::kernels::Constants<T>,
+        weight: T,
+    ) -> bool {
+        let layout = self.water.layout;
+        let tiles_x = self.water.tiles_x;
+        let bands = self.water.tiles.len() / tiles_x;
         let interior = layout.interior();
-        let mut planes: Vec<&mut [T]> = [&mut water.next.h, &mut water.next.qx, &mut water.next.qz]
+        let mut into = std::mem::replace(&mut self.water.next, Fields::none());
+        let mut moments = std::mem::take(&mut self.next);
+        let mut tiles = std::mem::take(&mut self.water.tiles);
+        let mut planes: Vec<&mut [T]> = [&mut into.h, &mut into.qx, &mut into.qz]
             .into_iter()
-            .chain(&mut self.next)
+            .chain(&mut moments)
             .map(|plane| &mut plane[interior.clone()])
             .collect();
         let mut jobs = Vec::with_capacity(bands);
-        for (band, tiles) in water.tiles.chunks_mut(tiles_x).enumerate() {
+        for (band, tiles) in tiles.chunks_mut(tiles_x).enumerate() {
             let (from, to) = (part(layout.nz, bands, band), part(layout.nz, bands, band + 1));
             let values = (to - from) * layout.stride;
             let mut parts = planes
@@ -181,43 +300,66 @@ impl<T: Real> Lattice<T> {
                 moments: [next(), next(), next()],
                 first_row: from + GHOSTS,
             };
-            jobs.push((sink, tiles, to - from));
+            jobs.push((sink, band, tiles));
         }
+        let (source, stale) = (self.source(), self.stale);
         let arch = pulp::Arch::new();
-        jobs.into_par_iter()
-            .for_each_init(Scratch::new, |scratch, (mut sink, tiles, rows)| {
+        let calm = jobs
+            .into_par_iter()
+            .map_init(Scratch::new, |scratch, (mut sink, band, tiles)| {
+                let mut all = true;
                 for (t, tile) in tiles.iter_mut().enumerate() {
-                    if !tile.awake {
+                    if !tile.awake && !stale {
                         continue;
                     }
-                    let (from, to) = (part(layout.nx, tiles_x, t), part(layout.nx, tiles_x, t + 1));
-                    let extent = volume_step::Extent {
-                        first_column: from + GHOSTS,
-                        columns: to - from,
-                        first_row: sink.first_row,
-                        rows,
-                    };
-                    tile.outcome = arch.dispatch(TileStep {
-                        k: &k,
-                        volume: &volume,
+                    let (outcome, calm) = arch.dispatch(TileStep {
+                        k,
+                        volume,
                         source: &source,
                         sink: &mut sink,
-                        extent,
+                        extent: in_place::extent(layout, tiles_x, bands, band * tiles_x + t),
                         scratch,
                         weight,
                     });
+                    tile.outcome = outcome;
+                    all &= calm | !tile.awake;
                 }
-            });
-        let mut all = (0.0_f64, 0);
-        for tile in &self.water.tiles {
-            all.0 = all.0.max(tile.outcome.speed.to_f64());
-            all.1 |= tile.outcome.flags;
-        }
-        all
+                all
+            })
+            .reduce(|| true, |a, b| a & b);
+        self.water.next = into;
+        self.next = moments;
+        self.water.tiles = tiles;
+        calm
     }
 }
 
-/// The step of one tile as something that can be compiled for several instruction sets.
+/// A look at one tile as something that can be compiled for several instruction sets: whether it is calm, and whether
+/// anything moves in it.
+struct Look<'a, T> {
+    k: &'a Constants<T>,
+    source: &'a Source<'a, T>,
+    extent: volume_step::Extent,
+    scratch: &'a mut Scratch<T>,
+}
+
+impl<T: Real> pulp::WithSimd for Look<'_, T> {
+    type Output = (bool, bool);
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> (bool, bool) {
+        let Self {
+            k,
+            source,
+            extent,
+            scratch,
+        } = self;
+        let calm = tile::look(k, source, extent, scratch) == Water::Calm;
+        (calm, calm && tile::moves(source, extent))
+    }
+}
+
+/// The step of one tile in the same way, and whether it was calm.
 struct TileStep<'a, 'b, T> {
     k: &'a Constants<T>,
     volume: &'a super::finite_volume::kernels::Constants<T>,
@@ -230,10 +372,10 @@ struct TileStep<'a, 'b, T> {
 }
 
 impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
-    type Output = Outcome<T>;
+    type Output = (Outcome<T>, bool);
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Outcome<T> {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> (Outcome<T>, bool) {
         let Self {
             k,
             volume,
@@ -247,10 +389,10 @@ impl<T: Real> pulp::WithSimd for TileStep<'_, '_, T> {
             Water::Calm => {
                 let mut outcome = tile::stream(k, volume, source, sink, extent, scratch);
                 outcome.speed = outcome.speed * weight;
-                outcome
+                (outcome, true)
             }
-            Water::Mixed => tile::mix(k, volume, source, sink, extent, scratch),
-            Water::Restless => tile::restless(volume, source, sink, extent, scratch),
+            Water::Mixed => (tile::mix(k, volume, source, sink, extent, scratch), false),
+            Water::Restless => (tile::restless(volume, source, sink, extent, scratch), false),
         }
     }
 }

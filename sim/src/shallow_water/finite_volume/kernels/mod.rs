@@ -17,7 +17,7 @@ mod update;
 pub(crate) use drain::{drain_x, drain_z, shares};
 pub(crate) use faces::{faces_x, faces_z};
 pub(crate) use reconstruct::{reconstruct, rub_half};
-pub(crate) use update::{State, finish, flag, inspect, rub, update};
+pub(crate) use update::{State, finish, flag, rub, update};
 
 use crate::shallow_water::real::Real;
 

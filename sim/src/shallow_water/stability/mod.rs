@@ -1,6 +1,8 @@
 //! Hard cases, each of which must end stable, sub-stepped or refused with a clear error: the table of
 //! `docs/numerics-shallow-water.md`, which `cargo run --release -p meniscus-sim --example hard_cases` prints.
 
+pub mod limits;
+
 use super::edges::{Condition, Edges};
 use super::settings::{
     DEFAULT_RELAXATION, Initial, LatticeSettings, Method, Precision, Settings, SetupError,
