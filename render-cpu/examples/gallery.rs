@@ -37,6 +37,7 @@ fn description(name: &str, size: Vec2) -> Description {
             depth: None,
             waves: Vec::new(),
         }),
+        beds: Vec::new(),
         boundary: Boundary::default(),
         layers: Vec::new(),
         detail: None,
@@ -56,6 +57,7 @@ fn scene(description: Description, grid: GridSpec) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

@@ -27,6 +27,7 @@ fn waters(radius: u32, count: usize) -> WaveParticles {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     };
     let mut solver = WaveParticles::from_scene(&scene).expect("right");
     let mut rng = Rng::new(5, 5);

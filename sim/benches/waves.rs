@@ -37,6 +37,7 @@ fn scene(side: u32, solver: &str, terrain: bool) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

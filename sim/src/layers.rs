@@ -142,6 +142,7 @@ fn scene_of(scene: &Scene, solver: &Choice, base: &GridSpec, number: usize) -> R
             .collect(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     })
 }
 

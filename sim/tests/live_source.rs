@@ -21,6 +21,7 @@ fn scene(solver: &str) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

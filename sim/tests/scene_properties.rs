@@ -187,6 +187,7 @@ impl Draw {
                 checker: self.number(0.0, 1e9),
             },
             solver: self.solver(),
+            beds: Vec::new(),
             boundary: self.boundary(),
             layers: self.list(|d, _| Layer {
                 solver: d.solver(),
@@ -563,7 +564,9 @@ impl Draw {
                 end: self.option(|d| time + d.wide(1.0, 9.0)),
                 position,
                 radius,
-                flow: self.number(-1e3, 1e3),
+                flow: Some(self.number(-1e3, 1e3)),
+                series: None,
+                points: Vec::new(),
             },
             _ => Event::Rain {
                 start: time,

@@ -26,6 +26,7 @@ fn scene(spec: GridSpec, keys: &str, above: impl FnMut(usize, usize) -> f32) -> 
         meshes: Vec::new(),
         sky: None,
         initial_elevation: Some(Grid::from_fn(spec, above)),
+        uplifts: Vec::new(),
     }
 }
 

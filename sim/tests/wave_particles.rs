@@ -34,6 +34,7 @@ fn scene(grid: GridSpec, keys: &str) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

@@ -225,6 +225,7 @@ pub(crate) mod tests_support {
                 depth: None,
                 waves: Vec::new(),
             }),
+            beds: Vec::new(),
             boundary: Boundary::default(),
             layers: Vec::new(),
             detail: None,
@@ -249,6 +250,7 @@ pub(crate) mod tests_support {
             meshes: Vec::new(),
             sky: None,
             initial_elevation: None,
+            uplifts: Vec::new(),
         }
     }
 }

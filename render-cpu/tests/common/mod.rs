@@ -36,6 +36,7 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
                 depth: None,
                 waves: Vec::new(),
             }),
+            beds: Vec::new(),
             boundary: open,
             layers: Vec::new(),
             detail: None,
@@ -53,6 +54,7 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

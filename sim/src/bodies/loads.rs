@@ -127,9 +127,16 @@ impl Loads {
             let plan = DVec2::new(centre.x, centre.z);
             print.down += down;
             print.first += down * plan;
-            print.second[0] += down * plan.x * plan.x;
-            print.second[1] += down * plan.x * plan.y;
-            print.second[2] += down * plan.y * plan.y;
+            // Exact for any triangle: a hull of few panels has the waterplane, and so the added mass, of one of many.
+            let mut second = [plan.x * plan.x, plan.x * plan.y, plan.y * plan.y].map(|m| 9.0 * m);
+            for r in [a, b, c] {
+                second[0] += r.x * r.x;
+                second[1] += r.x * r.z;
+                second[2] += r.z * r.z;
+            }
+            for (sum, moment) in print.second.iter_mut().zip(second) {
+                *sum += down / 12.0 * moment;
+            }
         }
 
         let flow = water.velocity(state.position + centre) + DVec3::Y * around.rise;

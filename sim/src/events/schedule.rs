@@ -4,7 +4,7 @@ use super::Action;
 use super::stamp::PRESS_VOLUME;
 use crate::grid::GridSpec;
 use crate::rng::Rng;
-use crate::scene::description::Event;
+use crate::scene::description::{Event, SeriesPoint};
 use glam::Vec2;
 
 /// Seconds between the moments at which continuous events (rain, sweeps, inflows) act.
@@ -155,10 +155,20 @@ impl Schedule {
                 position,
                 radius,
                 flow,
+                ref points,
+                ..
             } => {
-                let covered = (now + TICK).min(end.unwrap_or(f64::INFINITY)) - now.max(start);
-                if covered > 0.0 {
-                    let volume = (f64::from(flow) * covered) as f32;
+                let (first, last) = (now.max(start), (now + TICK).min(end.unwrap_or(f64::INFINITY)));
+                if last > first {
+                    let volume = match flow {
+                        Some(flow) => f64::from(flow) * (last - first),
+                        None => integral(points, first, last),
+                    };
+                    // A series that is 0 for a while has nothing to say meanwhile.
+                    if volume == 0.0 && flow.is_none() {
+                        return;
+                    }
+                    let volume = volume as f32;
                     out.push((
                         now,
                         Action::Drop {
@@ -201,6 +211,23 @@ impl Schedule {
         let g = glam::DVec2::new(rng.uniform() * size.x, rng.uniform() * size.y) - 0.5;
         (self.spec.origin.as_dvec2() + f64::from(self.spec.spacing) * g).as_vec2()
     }
+}
+
+/// Integral from `first` to `last` of a series that is linear between its points and constant outside of them.
+fn integral(points: &[SeriesPoint], first: f64, last: f64) -> f64 {
+    let at = |t: f64| {
+        let next = points.partition_point(|p| p.time <= t);
+        match (next.checked_sub(1).and_then(|k| points.get(k)), points.get(next)) {
+            (Some(a), Some(b)) => a.value + (b.value - a.value) * ((t - a.time) / (b.time - a.time)),
+            (Some(p), None) | (None, Some(p)) => p.value,
+            (None, None) => 0.0,
+        }
+    };
+    let mut moments = vec![first];
+    moments.extend(points.iter().map(|p| p.time).filter(|t| *t > first && *t < last));
+    moments.push(last);
+    let part = |pair: &[f64]| 0.5 * (at(pair[0]) + at(pair[1])) * (pair[1] - pair[0]);
+    moments.windows(2).map(part).sum()
 }
 
 /// Time and action of an event that acts once.
@@ -405,7 +432,9 @@ mod tests {
             end: Some(3.777),
             position: Vec2::new(2.0, 9.0),
             radius: 0.5,
-            flow: 3.0,
+            flow: Some(3.0),
+            series: None,
+            points: Vec::new(),
         };
         let drops = all(&[inflow], 0, 0.04);
         let sum: f64 = drops
@@ -419,6 +448,37 @@ mod tests {
             })
             .sum();
         assert!((sum - 3.0 * (3.777 - 1.013)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn an_inflow_by_a_series_brings_its_integral() {
+        let point = |time, value| SeriesPoint { time, value };
+        let flood = Event::Inflow {
+            start: 0.0,
+            end: None,
+            position: Vec2::new(2.0, 9.0),
+            radius: 0.5,
+            flow: None,
+            series: None,
+            // Kinks between ticks; a triangle of 3 m³ and a drain of 0.5 m³.
+            points: vec![
+                point(1.01, 0.0),
+                point(2.013, 3.0),
+                point(3.01, 0.0),
+                point(4.0, 0.0),
+                point(4.5, -1.0),
+                point(5.0, 0.0),
+            ],
+        };
+        for frame in [0.04, 0.31] {
+            let drops = all(std::slice::from_ref(&flood), 0, frame);
+            assert!(drops.iter().all(|(t, _)| (1.0..5.0).contains(t)));
+            let sum = drops.iter().fold(0.0, |sum, (_, action)| match action {
+                Action::Drop { volume, .. } => sum + f64::from(*volume),
+                other => panic!("{other:?}"),
+            });
+            assert!((sum - 2.5).abs() < 1e-5, "{sum}");
+        }
     }
 
     #[test]

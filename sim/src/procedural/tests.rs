@@ -18,6 +18,7 @@ fn scene(spec: GridSpec, keys: &str) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@
 //!
 //! The types are those of the file, apart from those of the program, so that the one can change without the other.
 
+use crate::events::Action;
 use crate::grid::GridSpec;
 use crate::solver::StepReport;
 use glam::{UVec2, Vec2};
@@ -88,6 +89,87 @@ pub(super) struct StoredFrame {
     pub(super) droplets: u32,
     pub(super) bodies: u32,
     pub(super) planes: Vec<StoredPlane>,
+}
+
+/// What was done live, as [`Action`]: the enumeration's own form names its variants and needs a format that describes
+/// itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum StoredAction {
+    Drop([f32; 2], f32, f32),
+    Press([f32; 2], f32, f32),
+    Push([f32; 2], f32, [f32; 2]),
+    Drag(String, [f32; 3], [f32; 3]),
+    Release(String),
+    Shove(String, [f32; 3], [f32; 3]),
+}
+
+impl From<&Action> for StoredAction {
+    fn from(action: &Action) -> Self {
+        match action {
+            Action::Drop {
+                position,
+                radius,
+                volume,
+            } => Self::Drop(position.to_array(), *radius, *volume),
+            Action::Press {
+                position,
+                radius,
+                depth,
+            } => Self::Press(position.to_array(), *radius, *depth),
+            Action::Push {
+                position,
+                radius,
+                velocity,
+            } => Self::Push(position.to_array(), *radius, velocity.to_array()),
+            Action::Drag { body, grip, target } => {
+                Self::Drag(body.clone(), grip.to_array(), target.to_array())
+            }
+            Action::Release { body } => Self::Release(body.clone()),
+            Action::Shove { body, velocity, spin } => {
+                Self::Shove(body.clone(), velocity.to_array(), spin.to_array())
+            }
+        }
+    }
+}
+
+impl From<StoredAction> for Action {
+    fn from(stored: StoredAction) -> Self {
+        match stored {
+            StoredAction::Drop(position, radius, volume) => {
+                let position = position.into();
+                Self::Drop {
+                    position,
+                    radius,
+                    volume,
+                }
+            }
+            StoredAction::Press(position, radius, depth) => {
+                let position = position.into();
+                Self::Press {
+                    position,
+                    radius,
+                    depth,
+                }
+            }
+            StoredAction::Push(position, radius, velocity) => {
+                let (position, velocity) = (position.into(), velocity.into());
+                Self::Push {
+                    position,
+                    radius,
+                    velocity,
+                }
+            }
+            StoredAction::Drag(body, grip, target) => {
+                let (grip, target) = (grip.into(), target.into());
+                Self::Drag { body, grip, target }
+            }
+            StoredAction::Release(body) => Self::Release { body },
+            StoredAction::Shove(body, velocity, spin) => {
+                let (velocity, spin) = (velocity.into(), spin.into());
+                Self::Shove { body, velocity, spin }
+            }
+        }
+    }
 }
 
 /// Totals of a frame, as [`StepReport`].

@@ -1,8 +1,9 @@
 //! A frame as the payload of a chunk: structure, then its arrays one after the other.
 
-use super::codec::{self, MAX_FRAME_STRUCTURE, StoredFrame, StoredPlane};
+use super::codec::{self, MAX_FRAME_STRUCTURE, StoredAction, StoredFrame, StoredPlane};
 use super::plane::{self, Layout, Task};
 use super::{MAX_BODIES, MAX_DROPLETS};
+use crate::events::Action;
 use crate::frame::{BodyPose, Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::solver::StepReport;
@@ -170,11 +171,42 @@ pub(super) fn encode(
     Ok(encoded)
 }
 
+/// Appends what was done live since the frame before to the payload of a frame; nothing if nothing was.
+pub(super) fn encode_actions(acted: &[(f64, Action)], out: &mut Vec<u8>) -> Result<(), String> {
+    if acted.is_empty() {
+        return Ok(());
+    }
+    let stored: Vec<(f64, StoredAction)> = acted.iter().map(|(t, a)| (*t, a.into())).collect();
+    codec::put(&stored, MAX_FRAME_STRUCTURE, out)
+}
+
+/// Reads what [`encode_actions`] wrote, checked.
+fn decode_actions(bytes: &[u8]) -> Result<Vec<(f64, Action)>, String> {
+    if bytes.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (stored, rest) = codec::take::<Vec<(f64, StoredAction)>, MAX_FRAME_STRUCTURE>(bytes)?;
+    if !rest.is_empty() {
+        return Err(format!("{} bytes stand behind its actions", rest.len()));
+    }
+    let mut acted: Vec<(f64, Action)> = Vec::with_capacity(stored.len());
+    for (time, action) in stored {
+        let action = Action::from(action);
+        action.check().map_err(|e| e.to_string())?;
+        if !time.is_finite() || acted.last().is_some_and(|(last, _)| time < *last) {
+            return Err(format!("an action at {time} s is out of order"));
+        }
+        acted.push((time, action));
+    }
+    Ok(acted)
+}
+
 /// The structure of a frame, checked against the grid, the channels and the bytes there are.
 pub(super) struct Structure<'a> {
     stored: StoredFrame,
     specs: Vec<PlaneSpec>,
     data: &'a [u8],
+    acted: Vec<(f64, Action)>,
 }
 
 impl<'a> Structure<'a> {
@@ -197,10 +229,21 @@ impl<'a> Structure<'a> {
         for (plane, spec) in stored.planes.iter().zip(&specs) {
             bytes += plane.check(spec.layout)?;
         }
-        if bytes != data.len() as u64 {
+        let Some((data, rest)) = usize::try_from(bytes).ok().and_then(|n| data.split_at_checked(n)) else {
             return Err(format!("its arrays take {bytes} bytes, {} are there", data.len()));
-        }
-        Ok(Self { stored, specs, data })
+        };
+        let acted = decode_actions(rest).map_err(|e| format!("behind its arrays of {bytes} bytes: {e}"))?;
+        Ok(Self {
+            stored,
+            specs,
+            data,
+            acted,
+        })
+    }
+
+    /// What was done live since the frame before.
+    pub(super) fn acted(self) -> Vec<(f64, Action)> {
+        self.acted
     }
 
     /// Totals of the frame.

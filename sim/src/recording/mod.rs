@@ -32,7 +32,7 @@ pub use statistics::{ChannelStatistics, Statistics, Totals};
 pub use writer::{Summary, Writer};
 
 /// Version of the format that this program writes, and the newest that it reads.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Most droplets in one recorded frame.
 pub const MAX_DROPLETS: usize = 1 << 24;

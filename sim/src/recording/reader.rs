@@ -6,6 +6,7 @@ use super::header::{self, Header, HeaderError};
 use super::index::{self, Slot, TRAILER};
 use super::scan;
 use super::{DEFAULT_MEMORY_LIMIT, FORMAT_VERSION, RecordingError};
+use crate::events::Action;
 use crate::frame::{Channels, Frame};
 use crate::scene::Scene;
 use crate::solver::StepReport;
@@ -204,6 +205,18 @@ impl Reader {
         let report = decoded.map_err(|reason| self.damaged(k, reason))?;
         out.time = time;
         Ok(report)
+    }
+
+    /// What was done live between frame `k` − 1 and frame `k`, with the time of the frame after which it was. All frames'
+    /// together are what [`crate::source::LiveSource::repeating`] takes to repeat the run.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn acted(&mut self, k: usize) -> Result<Vec<(f64, Action)>, RecordingError> {
+        self.load(k)?;
+        Structure::read(&self.payload, self.header.scene.grid, self.header.channels)
+            .map(Structure::acted)
+            .map_err(|reason| self.damaged(k, reason))
     }
 
     /// Reads the chunk of frame `k` into `self.payload` and checks it; returns the frame's time.

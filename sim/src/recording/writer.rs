@@ -12,6 +12,7 @@
 use super::chunk::{self, CHUNK_HEADER, ChunkHeader, Kind};
 use super::frame_payload::{self, Encoded};
 use super::{FORMAT_VERSION, MAX_BODIES, MAX_DROPLETS, RecordingError, header, index};
+use crate::events::Action;
 use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::scene::Scene;
@@ -65,6 +66,7 @@ pub struct Summary {
 struct Job {
     frame: Frame,
     report: Option<StepReport>,
+    acted: Vec<(f64, Action)>,
 }
 
 impl Writer {
@@ -110,8 +112,9 @@ impl Writer {
             .name("meniscus-record".to_owned())
             .spawn(move || {
                 let mut bytes = Vec::new();
-                for (sequence, Job { frame, report }) in (1..).zip(incoming) {
-                    let encoded = pool.install(|| encoding.chunk(&frame, report, sequence, &mut bytes));
+                for (sequence, job) in (1..).zip(incoming) {
+                    let encoded = pool.install(|| encoding.chunk(&job, sequence, &mut bytes));
+                    let frame = job.frame;
                     let result = output.frame(&bytes, frame.time, encoded);
                     let failed = result.is_err();
                     count.fetch_add(u64::from(!failed), Ordering::Release);
@@ -147,11 +150,29 @@ impl Writer {
     /// [`RecordingError`] if the frame is refused (it holds NaN or infinity, lacks a channel, stands on another grid or
     /// goes back in time; the recording goes on), or if writing an earlier frame failed.
     pub fn push(&mut self, frame: &Frame, report: Option<StepReport>) -> Result<(), RecordingError> {
+        self.push_acted(frame, report, &[])
+    }
+
+    /// As [`Self::push`], with what was done live since the frame before: the new part of
+    /// [`crate::source::LiveSource::acted`]. A reader gives it back, so that the run can be repeated.
+    ///
+    /// # Errors
+    /// As [`Self::push`]; more than 4 MiB of actions are too many for a frame.
+    pub fn push_acted(
+        &mut self,
+        frame: &Frame,
+        report: Option<StepReport>,
+        acted: &[(f64, Action)],
+    ) -> Result<(), RecordingError> {
         self.check(frame)?;
         self.flush()?;
         let mut copy = self.spare.take().unwrap_or_else(|| Frame::new(self.spec));
         copy_frame(frame, self.channels, &mut copy);
-        let job = Job { frame: copy, report };
+        let job = Job {
+            frame: copy,
+            report,
+            acted: acted.to_vec(),
+        };
         if self.jobs.as_ref().is_none_or(|jobs| jobs.send(job).is_err()) {
             return Err(self.stopped());
         }
@@ -260,17 +281,13 @@ struct Encoding {
 }
 
 impl Encoding {
-    /// Encodes `frame` as the whole chunk in `bytes`.
-    fn chunk(
-        self,
-        frame: &Frame,
-        report: Option<StepReport>,
-        sequence: u64,
-        bytes: &mut Vec<u8>,
-    ) -> Result<Encoded, String> {
+    /// Encodes a frame as the whole chunk in `bytes`.
+    fn chunk(self, job: &Job, sequence: u64, bytes: &mut Vec<u8>) -> Result<Encoded, String> {
+        let Job { frame, report, acted } = job;
         bytes.clear();
         bytes.resize(CHUNK_HEADER, 0);
-        let encoded = frame_payload::encode(frame, self.channels, report, self.tolerance, bytes)?;
+        let encoded = frame_payload::encode(frame, self.channels, *report, self.tolerance, bytes)?;
+        frame_payload::encode_actions(acted, bytes)?;
         ChunkHeader::seal(bytes, Kind::Frame, Some(self.recording), sequence, frame.time);
         Ok(encoded)
     }

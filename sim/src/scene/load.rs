@@ -1,6 +1,6 @@
 //! From the text of a scene file to a [`Scene`]: parsing, overrides, checks, and every file that the scene names.
 
-use super::description::{Description, Initial, Shape, Sky, Terrain};
+use super::description::{Bed, Description, Initial, Shape, Sky, Terrain};
 use super::document::Node;
 use super::fault::{Fault, read_text};
 use super::report::Report;
@@ -249,24 +249,37 @@ fn resolve(description: Description, base_dir: &Path, report: &mut Report) -> Op
         }
     }
     let mut description = description;
-    series::read(&mut description.boundary.drives, base_dir, report);
+    series::read(&mut description, base_dir, report);
     let array = match &description.water.initial {
         Initial::Array { file } if report.usable(&["water.initial"]) => {
-            read_elevation(&base_dir.join(file), report)
+            read_heights("water.initial.file", &base_dir.join(file), report)
         }
         _ => None,
     };
-    assemble(
+    let mut uplifts = Vec::new();
+    for (k, bed) in description.beds.iter().enumerate() {
+        if let Bed::Array { file, .. } = bed
+            && report.usable(&[&format!("bed.{k}")])
+        {
+            uplifts.extend(read_heights(
+                &format!("bed.{k}.file"),
+                &base_dir.join(file),
+                report,
+            ));
+        }
+    }
+    let scene = assemble(
         description,
         parts,
         |spec| array.map(|a| stretch(&a, *spec)),
         report,
-    )
+    )?;
+    let uplifts = uplifts.iter().map(|a| stretch(a, scene.grid)).collect();
+    Some(Scene { uplifts, ..scene })
 }
 
-/// An elevation array of shape `(nz, nx)`, checked.
-fn read_elevation(path: &Path, report: &mut Report) -> Option<npy::Array> {
-    let key = "water.initial.file";
+/// An array of heights of shape `(nz, nx)` that `key` names, checked.
+fn read_heights(key: &str, path: &Path, report: &mut Report) -> Option<npy::Array> {
     let array = match npy::read(path) {
         Ok(array) => array,
         Err(e) => {
@@ -287,26 +300,23 @@ fn read_elevation(path: &Path, report: &mut Report) -> Option<npy::Array> {
         None
     };
     let &[rows, columns] = array.shape.as_slice() else {
-        let message = format!("the array has shape {:?}; elevations need two axes", array.shape);
+        let message = format!("the array has shape {:?}; heights need two axes", array.shape);
         return refuse(message, "save an array of shape (nz, nx)");
     };
     if rows == 0 || columns == 0 {
         return refuse(
             format!("the array has shape {:?} and so no element", array.shape),
-            "save elevations",
+            "save heights",
         );
     }
     if let Some(k) = array.values.iter().position(|v| !(v.abs() <= 1e9)) {
         let message = format!(
-            "the elevation at [{}, {}] is {} m",
+            "the height at [{}, {}] is {} m",
             k / columns,
             k % columns,
             array.values[k]
         );
-        return refuse(
-            message,
-            "give every element a finite elevation in metres above datum",
-        );
+        return refuse(message, "give every element a finite height in metres");
     }
     Some(array)
 }
@@ -452,5 +462,6 @@ fn assemble(
         meshes,
         sky,
         initial_elevation,
+        uplifts: Vec::new(),
     })
 }

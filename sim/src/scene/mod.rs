@@ -44,6 +44,9 @@ pub struct Scene {
     pub sky: Option<Panorama>,
     /// Initial elevation above datum, where the description names an array; on `grid`.
     pub initial_elevation: Option<Grid<f32>>,
+    /// Arrays of the description's `bed` of kind `array`, in its order, in their own units; on `grid`. Recordings do not
+    /// hold them.
+    pub uplifts: Vec<Grid<f32>>,
 }
 
 /// An equirectangular HDR picture: linear radiance, row-major from the zenith; column 0 looks along −Z, columns turn

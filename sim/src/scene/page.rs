@@ -76,11 +76,14 @@ fn sections() -> Vec<Section> {
             let dotted = inner.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(".");
             match key.kind {
                 Kind::Table(keys) | Kind::Tables(keys) => {
-                    out.push(Section {
-                        heading: format!("`{dotted}`"),
-                        keys,
-                        path: inner,
-                    });
+                    let heading = format!("`{dotted}`");
+                    if out.iter().all(|s| s.heading != heading) {
+                        out.push(Section {
+                            heading,
+                            keys,
+                            path: inner,
+                        });
+                    }
                 }
                 Kind::Tagged(variants) | Kind::TaggedTables(variants) => {
                     for variant in variants {

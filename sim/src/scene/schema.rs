@@ -180,6 +180,7 @@ pub(crate) const SCENE: &[Key] = &[
     required("solver", Tagged(SOLVER)),
     optional("layer", Tables(LAYER)),
     optional("detail", Tagged(DETAIL)),
+    optional("bed", TaggedTables(BED)),
     optional("boundary", Table(BOUNDARY)),
     optional("object", Tables(OBJECT)),
     optional("light", Table(LIGHT)),
@@ -528,6 +529,42 @@ const DRIVE: &[Variant] = &[
     ),
 ];
 
+const BED: &[Variant] = &[
+    variant(
+        "patch",
+        &[
+            required("min", POINT),
+            required("max", POINT),
+            required("height", HEIGHT),
+            optional("start", TIME),
+            optional("rise", TIME),
+            optional("series", File),
+            optional("points", Tables(POINT_IN_TIME)),
+        ],
+    ),
+    variant(
+        "array",
+        &[
+            required("file", File),
+            optional("scale", Number(Bare, ANYWHERE)),
+            optional("start", TIME),
+            optional("rise", TIME),
+            optional("series", File),
+            optional("points", Tables(POINT_IN_TIME)),
+        ],
+    ),
+    variant(
+        "slide",
+        &[
+            required("height", HEIGHT),
+            required("radius", POSITIVE_LENGTH),
+            required("path", Tables(PLAN_POINT)),
+        ],
+    ),
+];
+
+const PLAN_POINT: &[Key] = &[required("time", TIME), required("position", POINT)];
+
 const NOT_NEGATIVE_LENGTH: Kind = Number(Length, NOT_NEGATIVE);
 
 const POINT_IN_TIME: &[Key] = &[
@@ -677,7 +714,9 @@ const EVENT: &[Variant] = &[
             optional("end", TIME),
             required("position", POINT),
             required("radius", POSITIVE_LENGTH),
-            required("flow", Number(Flow, ANYWHERE)),
+            optional("flow", Number(Flow, ANYWHERE)),
+            optional("series", File),
+            optional("points", Tables(POINT_IN_TIME)),
         ],
     ),
     variant(

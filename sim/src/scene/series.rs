@@ -1,30 +1,78 @@
 //! Time series from CSV files.
 
-use super::description::{Drive, SeriesPoint};
+use super::description::{Bed, Description, Drive, Event, SeriesPoint};
 use super::report::Report;
 use super::{Problem, read_text};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest file in bytes.
 const MAX_BYTES: u64 = 64 << 20;
-/// Largest time in s, and largest value in m or m²/s.
+/// Largest time in s, and largest value.
 const LIMIT: f64 = 1e9;
 
-/// Puts the points of its file into each drive that names one; what is wrong with a file is told with its line.
-pub(super) fn read(drives: &mut [Drive], base_dir: &Path, report: &mut Report) {
-    for (k, drive) in drives.iter_mut().enumerate() {
-        let key = format!("boundary.drive.{k}.file");
-        let Drive::Series {
+/// One time series of a scene: where its table stands, the key of its file, and the header that the file must have.
+struct Named<'a> {
+    table: String,
+    key: &'static str,
+    header: &'static str,
+    file: &'a mut Option<PathBuf>,
+    points: &'a mut Vec<SeriesPoint>,
+}
+
+/// Every time series of a scene.
+fn all(description: &mut Description) -> Vec<Named<'_>> {
+    let mut out = Vec::new();
+    for (k, drive) in description.boundary.drives.iter_mut().enumerate() {
+        if let Drive::Series {
             quantity,
             file,
             points,
             ..
         } = drive
-        else {
-            continue;
-        };
-        let Some(name) = file.take() else { continue };
-        if !report.usable(&[&format!("boundary.drive.{k}")]) {
+        {
+            let (table, header) = (format!("boundary.drive.{k}"), quantity.header());
+            out.push(Named {
+                table,
+                key: "file",
+                header,
+                file,
+                points,
+            });
+        }
+    }
+    for (k, bed) in description.beds.iter_mut().enumerate() {
+        if let Bed::Patch { series, points, .. } | Bed::Array { series, points, .. } = bed {
+            let (table, header) = (format!("bed.{k}"), "time_s,share");
+            out.push(Named {
+                table,
+                key: "series",
+                header,
+                file: series,
+                points,
+            });
+        }
+    }
+    for (k, event) in description.events.iter_mut().enumerate() {
+        if let Event::Inflow { series, points, .. } = event {
+            let (table, header) = (format!("event.{k}"), "time_s,flow_m3_s");
+            out.push(Named {
+                table,
+                key: "series",
+                header,
+                file: series,
+                points,
+            });
+        }
+    }
+    out
+}
+
+/// Puts the points of its file into each time series that names one; what is wrong with a file is told with its line.
+pub(super) fn read(description: &mut Description, base_dir: &Path, report: &mut Report) {
+    for series in all(description) {
+        let key = format!("{}.{}", series.table, series.key);
+        let Some(name) = series.file.take() else { continue };
+        if !report.usable(&[&series.table]) {
             continue;
         }
         let path = base_dir.join(&name);
@@ -39,8 +87,8 @@ pub(super) fn read(drives: &mut [Drive], base_dir: &Path, report: &mut Report) {
                 continue;
             }
         };
-        match parse(&text, quantity.header()) {
-            Ok(read) => *points = read,
+        match parse(&text, series.header) {
+            Ok(read) => *series.points = read,
             Err((line, message, remedy)) => {
                 report.mark_unusable(&key);
                 report.add(Problem {

@@ -1,7 +1,7 @@
 //! What the values of a scene have to do with each other.
 
 use super::description::{
-    Description, Edge, EdgeName, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
+    Bed, Description, Edge, EdgeName, Event, Initial, Motion, Object, Procedural, Sky, Solver, Terrain,
 };
 use super::report::Report;
 use crate::grid::{Grid, GridSpec};
@@ -18,6 +18,7 @@ const MAX_OBJECTS: usize = 1000;
 pub(super) fn description(d: &Description, report: &mut Report) {
     edges(d, report);
     drives(d, report);
+    beds(d, report);
     initial(d, report);
     if let Solver::Procedural(p) = &d.solver {
         waves(p, report);
@@ -54,6 +55,7 @@ pub(super) fn description(d: &Description, report: &mut Report) {
     }
     for (k, event) in d.events.iter().enumerate() {
         times(d, event, k, report);
+        flow(event, k, report);
         acted_on(d, event, k, report);
     }
     let frames = d.duration * d.recording.rate;
@@ -154,6 +156,104 @@ fn drives(d: &Description, report: &mut Report) {
                 );
             }
         }
+    }
+}
+
+/// What moves the ground.
+fn beds(d: &Description, report: &mut Report) {
+    for (k, bed) in d.beds.iter().enumerate() {
+        let at = format!("bed.{k}");
+        if !report.usable(&[&at]) {
+            continue;
+        }
+        if !matches!(d.solver, Solver::ShallowWater(_)) && report.usable(&["solver"]) {
+            report.at(
+                &at,
+                "the ground can only move under shallow water",
+                "use solver.kind = \"shallow-water\", or remove the motion",
+            );
+        }
+        if let Bed::Patch { min, max, .. } = bed
+            && !min.cmplt(*max).all()
+        {
+            report.at(
+                &format!("{at}.max"),
+                format!("the patch from {min} to {max} has no area"),
+                "write min below max along both axes",
+            );
+        }
+        let times: Vec<f64> = match bed {
+            Bed::Slide { path, .. } => {
+                if path.is_empty() {
+                    report.unusable(&at, "the slide has no way point", "add at least one to `path`");
+                }
+                path.iter().map(|p| p.time).collect()
+            }
+            Bed::Patch {
+                series,
+                points,
+                start,
+                rise,
+                ..
+            }
+            | Bed::Array {
+                series,
+                points,
+                start,
+                rise,
+                ..
+            } => {
+                let timed = *start != 0.0 || *rise != 0.0;
+                if usize::from(series.is_some()) + usize::from(!points.is_empty()) + usize::from(timed) > 1 {
+                    report.at(
+                        &at,
+                        "the time of the motion is given twice",
+                        "keep one of `start` with `rise`, `points`, and `series`",
+                    );
+                }
+                points.iter().map(|p| p.time).collect()
+            }
+        };
+        let list = if matches!(bed, Bed::Slide { .. }) {
+            "path"
+        } else {
+            "points"
+        };
+        increasing(&format!("{at}.{list}"), &times, report);
+    }
+}
+
+/// Reports the first time of a list of points that does not come after the one before.
+fn increasing(at: &str, times: &[f64], report: &mut Report) {
+    if let Some(n) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+        report.at(
+            &format!("{at}.{}.time", n + 1),
+            format!("{} s does not come after {} s", times[n + 1], times[n]),
+            "put points in order of time",
+        );
+    }
+}
+
+/// How much flows in an inflow must be told once.
+fn flow(event: &Event, k: usize, report: &mut Report) {
+    let at = format!("event.{k}");
+    if let Event::Inflow {
+        flow, series, points, ..
+    } = event
+        && report.usable(&[&at])
+    {
+        let given =
+            usize::from(flow.is_some()) + usize::from(series.is_some()) + usize::from(!points.is_empty());
+        if given != 1 {
+            let what = if given == 0 { "missing" } else { "given twice" };
+            report.unusable(
+                &at,
+                format!("the flow is {what}"),
+                "write one of `flow`, `series` and `points = [{ time = 0, value = 1 }]`",
+            );
+        }
+        let times: Vec<f64> = points.iter().map(|p| p.time).collect();
+        increasing(&format!("{at}.points"), &times, report);
     }
 }
 

@@ -207,6 +207,34 @@ impl Boundary {
         }
     }
 
+    /// Takes note that the bed of cell `(i, j)` has risen by `dz` m: beyond an open edge it rises with it, under water
+    /// whose level stays.
+    pub(crate) fn lift(&mut self, i: usize, j: usize, dz: f64) {
+        let Layout { nx, nz, .. } = self.layout;
+        for (number, at_edge, along, count) in [
+            (0, i == 0, j, nz),
+            (1, i + 1 == nx, j, nz),
+            (2, j == 0, i, nx),
+            (3, j + 1 == nz, i, nx),
+        ] {
+            let still = &mut self.still[number];
+            if !at_edge || still.is_empty() {
+                continue;
+            }
+            // The columns beyond a corner go with the one inside.
+            let first = if along == 0 { 0 } else { along + GHOSTS };
+            let last = if along + 1 == count {
+                along + 2 * GHOSTS
+            } else {
+                along + GHOSTS
+            };
+            for depth in &mut still[first..=last] {
+                // Land that rises out of that water is below it by as much, and may sink again.
+                *depth -= dz;
+            }
+        }
+    }
+
     /// Fills the ghosts of the state for a step whose middle is at `time`; `base` is the height of bed 0.
     pub(crate) fn fill<T: Real>(&self, time: f64, base: f64, film: f64, bed: &[T], fields: &mut Fields<T>) {
         let Fields { h, qx, qz } = fields;

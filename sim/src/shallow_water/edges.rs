@@ -109,7 +109,8 @@ impl Series {
         values[next - 1] * (1.0 - f) + values[next] * f
     }
 
-    fn largest(&self) -> f64 {
+    /// Largest magnitude.
+    pub(super) fn largest(&self) -> f64 {
         match &self.0 {
             Signal::Points { values, .. } => values.iter().fold(0.0, |a, v| a.max(v.abs())),
             Signal::Sine { mean, amplitude, .. } => mean.abs() + amplitude.abs(),

@@ -1,6 +1,7 @@
 //! The solver of a scene.
 
-use super::edges::Edges;
+use super::bed::BedMotion;
+use super::edges::{Edges, Series};
 use super::settings::{
     DEFAULT_COURANT, DEFAULT_RELAXATION, Initial, LARGEST_SMAGORINSKY, LatticeSettings, Method, Precision,
     Settings, SetupError, position,
@@ -8,7 +9,7 @@ use super::settings::{
 use super::solver::ShallowWater;
 use super::splash::SplashSettings;
 use crate::scene::Scene;
-use crate::scene::description::{self, ShallowWaterScheme};
+use crate::scene::description::{self, Bed, SeriesPoint, ShallowWaterScheme};
 use crate::solvers::{BuildError, name_of};
 
 impl ShallowWater {
@@ -57,6 +58,7 @@ impl ShallowWater {
                 foam_life: s.foam.then_some(f64::from(s.foam_life)),
                 seed: scene.description.seed,
             }),
+            bed: beds(scene)?,
             ..Settings::default()
         };
         #[allow(unused_mut, reason = "only bodies change it")]
@@ -67,6 +69,88 @@ impl ShallowWater {
             .map_err(|e| BuildError::Bodies(e.to_string()))?;
         Ok(solver)
     }
+}
+
+/// What moves the ground.
+fn beds(scene: &Scene) -> Result<Vec<BedMotion>, BuildError> {
+    let spec = scene.grid;
+    let mut arrays = scene.uplifts.iter();
+    let mut out = Vec::new();
+    for (k, bed) in scene.description.beds.iter().enumerate() {
+        let motion = match bed {
+            Bed::Patch {
+                min,
+                max,
+                height,
+                start,
+                rise,
+                points,
+                ..
+            } => {
+                let (min, max) = (min.as_dvec2(), max.as_dvec2());
+                let inside = |k: usize| {
+                    let [x, z] = position(&spec, k % spec.width(), k / spec.width());
+                    (min.x..=max.x).contains(&x) && (min.y..=max.y).contains(&z)
+                };
+                let shape = (0..spec.len())
+                    .map(|k| if inside(k) { f64::from(*height) } else { 0.0 })
+                    .collect();
+                BedMotion::Uplift {
+                    shape,
+                    share: share(*start, *rise, points)?,
+                }
+            }
+            Bed::Array {
+                scale,
+                start,
+                rise,
+                points,
+                ..
+            } => {
+                let Some(array) = arrays.next().filter(|a| *a.spec() == spec) else {
+                    return Err(BuildError::impossible(
+                        format!("bed.{k}.file"),
+                        "the array of heights is not there",
+                        "load the scene with its files; a recording does not hold this one",
+                    ));
+                };
+                let scale = f64::from(*scale);
+                let shape = array.as_slice().iter().map(|h| scale * f64::from(*h)).collect();
+                BedMotion::Uplift {
+                    shape,
+                    share: share(*start, *rise, points)?,
+                }
+            }
+            Bed::Slide { height, radius, path } => BedMotion::Slide {
+                height: f64::from(*height),
+                radius: f64::from(*radius),
+                path: path
+                    .iter()
+                    .map(|p| (p.time, p.position.as_dvec2().to_array()))
+                    .collect(),
+            },
+        };
+        motion.check(&spec).map_err(|error| {
+            BuildError::impossible(
+                format!("bed.{k}"),
+                error.to_string(),
+                "correct it in the scene file",
+            )
+        })?;
+        out.push(motion);
+    }
+    Ok(out)
+}
+
+/// The share of an uplift by time.
+fn share(start: f64, rise: f64, points: &[SeriesPoint]) -> Result<Series, BuildError> {
+    let list: Vec<[f64; 2]> = if points.is_empty() {
+        // "At once" is between two neighbouring moments.
+        vec![[start, 0.0], [(start + rise).max(start.next_up()), 1.0]]
+    } else {
+        points.iter().map(|p| [p.time, p.value]).collect()
+    };
+    Series::new(&list).map_err(in_scene)
 }
 
 /// Ground and surface at the samples of the scene's grid.

@@ -2,6 +2,7 @@
 
 mod actions;
 pub mod analytic;
+mod bed;
 mod bgk;
 mod boundary;
 pub mod cases;
@@ -23,6 +24,7 @@ pub mod stability;
 mod storage;
 mod totals;
 
+pub use bed::BedMotion;
 pub use checkpoint::{Checkpoint, CheckpointError, LatticeMemory, SplashMemory, TileMemory};
 pub use edges::{Condition, Edges, Series};
 pub use settings::{

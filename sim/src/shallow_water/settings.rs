@@ -1,5 +1,6 @@
 //! What the solver is told: parameters, edges and the initial state, and why they may be refused.
 
+use super::bed::BedMotion;
 use super::edges::Edges;
 use super::splash::SplashSettings;
 use crate::grid::{GridError, GridSpec};
@@ -98,6 +99,8 @@ pub struct Settings {
     pub level: Option<f64>,
     /// Droplets and foam; absent: none, and nothing is spent on them.
     pub splash: Option<SplashSettings>,
+    /// Motions of the ground; none: nothing is spent on them.
+    pub bed: Vec<BedMotion>,
     /// Most sub-steps that one call of `advance` may take.
     pub max_substeps: u64,
 }
@@ -114,6 +117,7 @@ impl Default for Settings {
             edges: Edges::default(),
             level: None,
             splash: None,
+            bed: Vec::new(),
             max_substeps: 1_000_000,
         }
     }
@@ -235,7 +239,7 @@ pub enum SetupError {
 }
 
 /// Largest height or depth that is computed with, m.
-const HEIGHT_LIMIT: f64 = 1e6;
+pub(super) const HEIGHT_LIMIT: f64 = 1e6;
 /// Largest relaxation time of the lattice in steps.
 const LARGEST_RELAXATION: f64 = 5.0;
 /// Largest initial speed, m/s.

@@ -1,6 +1,7 @@
 //! The solver: sub-steps, reports, frames and checkpoints around a scheme.
 
 use super::actions;
+use super::bed::MovingBed;
 use super::checkpoint::{Checkpoint, CheckpointError};
 use super::eddies::Eddies;
 use super::finite_volume::{FiniteVolume, Refusal};
@@ -71,6 +72,7 @@ pub struct ShallowWater {
     /// Fastest signal as last seen; unknown after a change from outside.
     speed: Option<f64>,
     floats: Floats,
+    bed: Option<MovingBed>,
 }
 
 impl ShallowWater {
@@ -81,6 +83,12 @@ impl ShallowWater {
     pub fn new(spec: GridSpec, initial: &Initial, settings: Settings) -> Result<Self, SetupError> {
         settings.check()?;
         initial.check(&spec)?;
+        let bed = moving_bed(&spec, initial, &settings)?;
+        let raised = bed.as_ref().map(|bed| Initial {
+            ground: bed.heights(0.0),
+            ..initial.clone()
+        });
+        let initial = raised.as_ref().unwrap_or(initial);
         let ground = Grid::from_vec(spec, initial.ground.iter().map(|&z| z as f32).collect())?;
         let layout = Layout::new(spec.width(), spec.height());
         let core = match settings.precision {
@@ -100,6 +108,7 @@ impl ShallowWater {
             time: 0.0,
             speed: None,
             floats: Floats::default(),
+            bed,
         })
     }
 
@@ -180,11 +189,20 @@ impl ShallowWater {
             (None, None) => {}
             _ => return Err(CheckpointError::Splash),
         }
+        let moved = self.bed.is_some();
+        let before: Option<Vec<f64>> =
+            moved.then(|| each!(&self.core, c => c.bed().iter().map(|z| z.to_f64()).collect()));
         scheme!(&mut self.core, s => checkpoint.apply(s, &self.spec, self.settings.precision))?;
+        if let Some(before) = before {
+            each!(&mut self.core, c => c.lift_edges(&before));
+        }
         #[cfg(feature = "bodies")]
         self.floats.restore(checkpoint.bodies.as_ref(), checkpoint.time)?;
         if let (Some(splash), Some(memory)) = (&mut self.splash, &checkpoint.splash) {
             splash.resume(memory);
+        }
+        if let Some(bed) = &mut self.bed {
+            bed.resume(&mut self.ground, checkpoint.time);
         }
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
@@ -221,6 +239,13 @@ impl ShallowWater {
         }
     }
 
+    /// Puts the ground where it is at `time`, if any of it moves.
+    fn move_bed(&mut self, time: f64) {
+        if let Some(bed) = &mut self.bed {
+            each!(&mut self.core, c => bed.move_to(c, &mut self.ground, time));
+        }
+    }
+
     fn stable_step(&self, speed: f64) -> f64 {
         if speed > 0.0 {
             self.settings.courant * self.spacing() / speed
@@ -244,6 +269,25 @@ impl ShallowWater {
                 .into(),
         }
     }
+}
+
+/// The moving ground that the settings ask for.
+fn moving_bed(
+    spec: &GridSpec,
+    initial: &Initial,
+    settings: &Settings,
+) -> Result<Option<MovingBed>, SetupError> {
+    if settings.bed.is_empty() {
+        return Ok(None);
+    }
+    for motion in &settings.bed {
+        motion.check(spec)?;
+    }
+    Ok(Some(MovingBed::new(
+        settings.bed.clone(),
+        *spec,
+        initial.ground.clone(),
+    )))
 }
 
 /// A scheme in the initial state.
@@ -323,7 +367,10 @@ impl Solver for ShallowWater {
         let mut retries = 0;
         while done < dt {
             let left = dt - done;
-            let longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
+            let mut longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
+            if let Some(bed) = &self.bed {
+                longest = longest.min(bed.largest_step(self.time));
+            }
             let needed = (left / longest).ceil().max(1.0);
             if !(substeps as f64 + needed <= self.settings.max_substeps as f64) {
                 self.speed = None;
@@ -335,6 +382,7 @@ impl Solver for ShallowWater {
                 });
             }
             let step = left / needed;
+            self.move_bed(self.time + 0.5 * step);
             match scheme!(&mut self.core, s => s.try_step(self.time, step, courant, TOLERATED)) {
                 Ok(stepped) => {
                     let (time, spec) = (self.time, self.spec);
@@ -345,6 +393,7 @@ impl Solver for ShallowWater {
                     largest = largest.max(stepped.signal * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
                     self.time = start + done;
+                    self.move_bed(self.time);
                     substeps += 1;
                     retries = 0;
                     if let Some(splash) = &mut self.splash {
@@ -432,7 +481,8 @@ impl Solver for ShallowWater {
     fn bytes(&self) -> u64 {
         let core = scheme!(&self.core, s => s.bytes());
         let splash = self.splash.as_ref().map_or(0, Splash::bytes);
-        (core + splash + self.spec.len() * size_of::<f32>()) as u64
+        let bed = self.bed.as_ref().map_or(0, MovingBed::bytes);
+        (core + splash + bed + self.spec.len() * size_of::<f32>()) as u64
     }
 
     fn extras(&self) -> Vec<Extra> {

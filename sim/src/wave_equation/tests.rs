@@ -24,6 +24,7 @@ pub(super) fn scene(grid: GridSpec, keys: &str) -> Scene {
         meshes: Vec::new(),
         sky: None,
         initial_elevation: None,
+        uplifts: Vec::new(),
     }
 }
 

@@ -30,6 +30,8 @@ mod schedule;
 mod selftest;
 #[cfg(feature = "shallow-water")]
 mod shallow_water;
+#[cfg(feature = "shallow-water")]
+mod shallow_water_coupling;
 #[cfg(feature = "sph")]
 mod sph;
 mod stability;

@@ -160,6 +160,7 @@ impl Study for ShallowWaterStudy {
         cases.extend(LAKES.iter().map(|lake| lake_at_rest(*lake)));
         cases.push(deep_waves(quick));
         cases.push(stormy_box(quick));
+        cases.extend(super::shallow_water_coupling::cases(quick));
         match Monai::find() {
             Some(folder) => {
                 let data = Monai::load(&folder).context("the Monai benchmark cannot be read")?;

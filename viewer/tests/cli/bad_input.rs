@@ -96,7 +96,7 @@ fn recordings_of_a_newer_version_are_refused() {
     let folder = Folder::with_recording();
     let mut bytes = folder.read("run.mrec");
     // Magic, version, flags and their checksum, docs/recording-format.md.
-    assert_eq!(bytes[8..12], 1_u32.to_le_bytes());
+    assert_eq!(bytes[8..12], 2_u32.to_le_bytes());
     bytes[8..12].copy_from_slice(&99_u32.to_le_bytes());
     let crc = crc32(&bytes[..16]);
     bytes[16..20].copy_from_slice(&crc.to_le_bytes());

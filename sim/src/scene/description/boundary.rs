@@ -124,11 +124,11 @@ impl Driven {
 pub struct SeriesPoint {
     /// Seconds.
     pub time: f64,
-    /// Metres or m²/s.
+    /// In the unit of what it is a series of.
     pub value: f64,
 }
 
-fn optional_path<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn optional_path<S: Serializer>(path: &Option<PathBuf>, serializer: S) -> Result<S::Ok, S::Error> {
     match path {
         Some(path) => path_text(path, serializer),
         None => serializer.serialize_none(),

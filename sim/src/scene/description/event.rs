@@ -1,7 +1,9 @@
 //! The tables `[[event]]`: what acts on the water, and when.
 
+use super::boundary::{SeriesPoint, optional_path};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// Something that acts on the water at a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,7 +85,7 @@ pub enum Event {
         /// Rate at which the surface is pressed down at the centre, m/s.
         rate: f32,
     },
-    /// A spring or a river's mouth: water flows in at a steady rate.
+    /// A spring or a river's mouth: water flows in.
     Inflow {
         /// First moment, seconds.
         #[serde(default)]
@@ -95,8 +97,19 @@ pub enum Event {
         position: Vec2,
         /// Radius in metres.
         radius: f32,
-        /// Flow in m³/s; negative drains.
-        flow: f32,
+        /// Steady flow in m³/s; negative drains.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        flow: Option<f32>,
+        /// Time series of the flow. A scene that is loaded holds its points instead.
+        #[serde(
+            default,
+            skip_serializing_if = "Option::is_none",
+            serialize_with = "optional_path"
+        )]
+        series: Option<PathBuf>,
+        /// Flow in m³/s by time, in place of a steady one.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        points: Vec<SeriesPoint>,
     },
     /// Rain: drops at random places and times.
     Rain {

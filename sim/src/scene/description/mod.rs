@@ -1,6 +1,7 @@
 //! The contents of a scene file, one file a table. Every key has a default or is required; both are documented in
 //! `docs/scene-file.md`, which a test keeps complete.
 
+mod bed;
 mod boundary;
 mod camera;
 mod event;
@@ -18,6 +19,7 @@ mod water;
 mod wave_equation;
 mod wave_particles;
 
+pub use bed::{Bed, PlanPoint};
 pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
 pub use event::Event;
@@ -70,6 +72,9 @@ pub struct Description {
     /// Small waves and wrinkles over the water; absent: none, at no cost.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detail: Option<Detail>,
+    /// What moves the ground under shallow water.
+    #[serde(default, rename = "bed", skip_serializing_if = "Vec::is_empty")]
+    pub beds: Vec<Bed>,
     /// What happens at the edges of the domain.
     #[serde(default)]
     pub boundary: Boundary,

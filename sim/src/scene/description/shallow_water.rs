@@ -43,10 +43,10 @@ pub struct Splash {
     pub slope: f32,
     /// Share of the water that rises in a breaking front which leaves as droplets.
     pub amount: f32,
-    /// Mean radius of a droplet in metres; default: a tenth of the spacing.
+    /// Mean radius of a droplet in metres; default: a tenth of the spacing, at most a twentieth of the depth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub droplet_radius: Option<f32>,
-    /// Time in which foam fades to 1/e, seconds.
+    /// Time in which thin foam fades to 1/e, seconds; dense foam thins out faster.
     pub foam_life: f32,
 }
 

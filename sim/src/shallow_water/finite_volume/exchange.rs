@@ -70,7 +70,7 @@ impl<T: Real> Exchange for FiniteVolume<T> {
 impl<T: Real> FiniteVolume<T> {
     /// Wakes the tiles that see cell `(i, j)`: its own, and those to whose halo it belongs, without which a face would
     /// be crossed on one side only.
-    fn touch(&mut self, i: usize, j: usize) {
+    pub(super) fn touch(&mut self, i: usize, j: usize) {
         self.touched = true;
         let wraps = self.boundary.wraps();
         let bands = self.tiles.len() / self.tiles_x;

@@ -238,6 +238,37 @@ impl<T: Real> FiniteVolume<T> {
         None
     }
 
+    /// Puts the bed of a cell at `z` m above datum, with the water that stands on it; returns whether that is a change.
+    /// [`Self::settle_bed`] must follow before the next step.
+    pub(crate) fn set_bed(&mut self, i: usize, j: usize, z: f64) -> bool {
+        let at = self.layout.at(i, j);
+        let (before, z) = (self.bed[at], T::from_f64(self.quantum.round(z - self.base)));
+        if z == before {
+            return false;
+        }
+        self.bed[at] = z;
+        self.boundary.lift(i, j, z.to_f64() - before.to_f64());
+        self.touch(i, j);
+        true
+    }
+
+    /// Takes note at open edges of how the bed differs from `before`, a padded array.
+    pub(crate) fn lift_edges(&mut self, before: &[f64]) {
+        let Layout { nx, nz, .. } = self.layout;
+        let corners_once = (0..nx)
+            .flat_map(|i| [[i, 0], [i, nz - 1]])
+            .chain((1..nz - 1).flat_map(|j| [[0, j], [nx - 1, j]]));
+        for [i, j] in corners_once {
+            let at = self.layout.at(i, j);
+            self.boundary.lift(i, j, self.bed[at].to_f64() - before[at]);
+        }
+    }
+
+    /// Gives the ghosts the bed that [`Self::set_bed`] has made.
+    pub(crate) fn settle_bed(&mut self) {
+        self.boundary.fill_bed(&mut self.bed);
+    }
+
     /// Height above datum of bed 0, m.
     pub(crate) fn base(&self) -> f64 {
         self.base

@@ -2,6 +2,7 @@
 
 use super::Splash;
 use super::column_energy;
+use super::foam::Foam;
 use crate::rng::Rng;
 use crate::shallow_water::exchange::Exchange;
 use crate::solvers::GRAVITY;
@@ -18,9 +19,14 @@ const EFFICIENCY: f64 = 0.5;
 const MOST_A_CELL: f64 = 8.0;
 /// Least part of its water that a cell keeps in a sub-step.
 const KEPT: f64 = 0.8;
-/// Foam that a breaking front leaves for each part of the depth by which it rises: a front that rises by a quarter of
-/// the depth covers everything.
-const WHITENESS: f64 = 4.0;
+/// Area of foam that a breaking front leaves for each part of the depth by which it rises: one that doubles the depth
+/// leaves patches of about 1.7 times the area that it runs over, which overlap at random and so leave a fifth of it free.
+const WHITENESS: f64 = 2.5;
+/// Radius of a patch of foam, least and range, in heights of the front: the eddies of a roller are as
+/// large as it is high.
+const PATCH: [f64; 2] = [0.25, 1.25];
+/// Most patches that one cell makes in a sub-step.
+const MOST_PATCHES: f64 = 8.0;
 /// Elevation of a plunging jet's rebound, least and range, radians (15° to 65°).
 const ELEVATION: [f64; 2] = [0.26, 0.87];
 /// Half the range of directions about that of the front, radians (25°).
@@ -38,6 +44,8 @@ pub(super) struct Break {
     height: f64,
     /// Part of the depth by which the front rises in this step.
     risen: f64,
+    /// Height of the front, m: that over two cells, but at least that of the weakest bore that breaks.
+    front: f64,
     /// Energy per area and density that may leave with it, m³/s².
     energy: f64,
 }
@@ -129,22 +137,41 @@ fn breaking<E: Exchange + ?Sized>(splash: &Splash, water: &E, [i, j]: [usize; 2]
         speed,
         height: splash.settings.amount * rise * dt,
         risen: rise * dt / h,
+        front: (two * steepness).max(FAVRE * h),
         energy: EFFICIENCY * dissipation * dt,
     })
+}
+
+/// Leaves foam where a front breaks: patches at random places of the cell, whose area is on average
+/// [`WHITENESS`] × the part of the depth that rises. A roller's foam is patchy from the start; even foam would be one
+/// white field with the outline of the water that the front has run over.
+fn whiten(foam: &mut Foam, found: &Break, spacing: f64, rng: &mut Rng) {
+    let radius = |share: f64| (PATCH[0] + PATCH[1] * share) * found.front;
+    // The mean of the squares of radii that are spread evenly.
+    let [least, most] = [radius(0.0), radius(1.0)];
+    let mean = std::f64::consts::PI * (least * least + least * most + most * most) / 3.0;
+    let wanted = (WHITENESS * found.risen * spacing * spacing / mean.max(1e-30)).min(MOST_PATCHES);
+    for _ in 0..(wanted + rng.uniform()).floor() as u32 {
+        let [x, z, share] = std::array::from_fn(|_| rng.uniform());
+        let at = [found.at[0] as f64 + x - 0.5, found.at[1] as f64 + z - 0.5];
+        foam.splat(at, radius(share));
+    }
 }
 
 /// Throws droplets from the cells that break.
 pub(super) fn throw<E: Exchange + ?Sized>(splash: &mut Splash, water: &mut E, breaks: &[Break], level: f64) {
     let spacing = splash.spacing;
     let area = spacing * spacing;
-    let unit = splash.droplet_height();
     for found in breaks {
         let [i, j] = found.at;
-        if let Some(foam) = &mut splash.foam {
-            foam.cover(i, j, WHITENESS * found.risen);
-        }
         let cell = (j * splash.size[0] + i) as u64;
-        let mut rng = Rng::new(splash.settings.seed ^ 0x5350_4c41, (splash.steps << 28) ^ cell);
+        let key = (splash.steps << 28) ^ cell;
+        if let Some(foam) = &mut splash.foam {
+            let mut rng = Rng::new(splash.settings.seed ^ 0x464f_414d, key);
+            whiten(foam, found, spacing, &mut rng);
+        }
+        let unit = splash.droplet_height(water.depth(i, j));
+        let mut rng = Rng::new(splash.settings.seed ^ 0x5350_4c41, key);
         // A jet of the front's speed carries about ¾ of its square per volume beyond what it had.
         let paid = found.energy / (0.75 * unit * found.speed * found.speed).max(1e-30);
         let wanted = (found.height / unit).min(paid).min(MOST_A_CELL);

@@ -4,50 +4,58 @@ use rayon::prelude::*;
 
 /// Distance that foam may travel between two advections, in spacings: what frames may lag behind by.
 const LAG: f64 = 0.5;
+/// How much faster full foam thins out than the last of it: what has just broken is a plume of bubbles that bursts open
+/// within a fraction of the time that the thin foam after it lasts (stages A and B of whitecaps: Monahan & Lu 1990).
+const DENSE: f32 = 4.0;
 /// Coverage below which there is no foam.
 const LEAST: f32 = 1e-3;
+
+/// Cells along a side of the tiles that are passed over where there is no foam.
+const TILE: usize = 16;
 
 /// Foam over a grid.
 #[derive(Clone, Debug)]
 pub(crate) struct Foam {
     width: usize,
+    height: usize,
     spacing: f64,
     wraps: [bool; 2],
     life: f64,
     cover: Vec<f32>,
     next: Vec<f32>,
-    /// Rows in which there is any.
-    rows: Vec<bool>,
+    /// Tiles in which there is any, row by row.
+    tiles: Vec<bool>,
     /// Time since the last advection, s.
     pending: f64,
 }
 
 impl Foam {
-    /// No foam yet. `life` is the time in seconds in which it fades to 1/e: whitecaps decay exponentially (Monahan &
-    /// Zietlow 1969).
+    /// No foam yet. `life` is the time in seconds in which thin foam fades to 1/e: whitecaps decay exponentially
+    /// (Monahan & Zietlow 1969), fresh ones faster, see [`thinned`].
     pub(crate) fn new(size: [usize; 2], spacing: f64, wraps: [bool; 2], life: f64) -> Self {
         let [width, height] = size;
         Self {
             width,
+            height,
             spacing,
             wraps,
             life,
             cover: vec![0.0; width * height],
             next: vec![0.0; width * height],
-            rows: vec![false; height],
+            tiles: vec![false; width.div_ceil(TILE) * height.div_ceil(TILE)],
             pending: 0.0,
         }
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        2 * self.cover.len() * size_of::<f32>() + self.rows.len()
+        2 * self.cover.len() * size_of::<f32>() + self.tiles.len()
     }
 
     /// Coverage of row `j` now.
     pub(crate) fn show(&self, j: usize, into: &mut [f32]) {
         let fade = self.fade();
         for (into, cover) in into.iter_mut().zip(&self.cover[j * self.width..]) {
-            *into = (cover * fade).clamp(0.0, 1.0);
+            *into = thinned(*cover, fade).clamp(0.0, 1.0);
         }
     }
 
@@ -64,23 +72,31 @@ impl Foam {
     pub(crate) fn resume(&mut self, pending: f64, cover: &[f32]) {
         self.pending = pending;
         self.cover.copy_from_slice(cover);
-        for (row, any) in self.rows.iter_mut().enumerate() {
-            *any = cover[row * self.width..][..self.width].iter().any(|&c| c != 0.0);
+        self.tiles.fill(false);
+        for (k, _) in cover.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+            let tile = self.tile(k % self.width, k / self.width);
+            self.tiles[tile] = true;
         }
+    }
+
+    /// The tile of a cell.
+    fn tile(&self, i: usize, j: usize) -> usize {
+        j / TILE * self.width.div_ceil(TILE) + i / TILE
     }
 
     /// Covers `share` more of what is still free in a cell.
     pub(crate) fn cover(&mut self, i: usize, j: usize, share: f64) {
+        let tile = self.tile(i, j);
         let cover = &mut self.cover[j * self.width + i];
         *cover += (1.0 - *cover).max(0.0) * share.clamp(0.0, 1.0) as f32;
-        self.rows[j] |= *cover != 0.0;
+        self.tiles[tile] |= *cover != 0.0;
     }
 
     /// Adds a disc of foam of `radius` m about a place given in cells. Its area is that of the disc however coarse the
     /// grid is: a disc smaller than a cell covers a part of the cells around it.
     pub(crate) fn splat(&mut self, at: [f64; 2], radius: f64) {
         let reach = (radius / self.spacing).max(1.0);
-        let height = self.rows.len();
+        let height = self.height;
         let range = |centre: f64, count: usize| {
             let first = (centre - reach).ceil().clamp(0.0, count as f64) as usize;
             let last = ((centre + reach).floor() + 1.0).clamp(0.0, count as f64) as usize;
@@ -119,44 +135,60 @@ impl Foam {
         if fastest * (self.pending + dt) < LAG * self.spacing && self.pending < self.life {
             return;
         }
-        let (w, h) = (self.width, self.rows.len());
+        let (w, h) = (self.width, self.height);
         let (fade, scale) = (self.fade(), self.pending / self.spacing);
         self.pending = 0.0;
-        let reach = (fastest * scale).ceil() as usize + 2;
-        let near: Vec<bool> = (0..h)
-            .map(|j| {
-                (0..=2 * reach.min(h)).any(|d| {
-                    let row = (j + d) as isize - reach.min(h) as isize;
-                    inside(row, h, self.wraps[1]).is_some_and(|row| self.rows[row])
-                })
-            })
-            .collect();
+        let near = self.near((fastest * scale).ceil() as usize + 2);
         let (cover, wraps) = (&self.cover, self.wraps);
+        let tiles_x = w.div_ceil(TILE);
         self.next
-            .par_chunks_mut(w)
-            .zip(self.rows.par_iter_mut())
-            .zip(near)
+            .par_chunks_mut(TILE * w)
+            .zip(self.tiles.par_chunks_mut(tiles_x))
+            .zip(near.par_chunks(tiles_x))
             .enumerate()
-            .for_each(|(j, ((row, any), near))| {
-                *any = false;
-                if !near {
-                    row.fill(0.0);
-                    return;
-                }
-                for (i, value) in row.iter_mut().enumerate() {
+            .for_each(|(band, ((rows, any), near))| {
+                any.fill(false);
+                for (k, value) in rows.iter_mut().enumerate() {
+                    let (i, j) = (k % w, band * TILE + k / w);
+                    if !near[i / TILE] {
+                        *value = 0.0;
+                        continue;
+                    }
                     let (x, z) = (i as f64, j as f64);
                     // The velocity half way back (midpoint rule), to second order in the distance.
                     let here = velocity(i, j);
                     let half = [x - 0.5 * scale * here[0], z - 0.5 * scale * here[1]];
                     let v = mean_velocity(half, [w, h], wraps, &velocity);
                     let source = [x - scale * v[0], z - scale * v[1]];
-                    let found = fade * interpolate(cover, source, [w, h], wraps);
+                    let found = thinned(interpolate(cover, source, [w, h], wraps), fade);
                     *value = if found.abs() < LEAST { 0.0 } else { found };
-                    *any |= *value != 0.0;
+                    any[i / TILE] |= *value != 0.0;
                 }
             });
         std::mem::swap(&mut self.cover, &mut self.next);
     }
+
+    /// Tiles within `reach` cells of foam.
+    fn near(&self, reach: usize) -> Vec<bool> {
+        let size = [self.width.div_ceil(TILE), self.height.div_ceil(TILE)];
+        let around = |t: usize, count: usize, wraps: bool| {
+            // A last tile that is cut short brings what lies beyond it nearer.
+            let by = (reach.div_ceil(TILE) + usize::from(wraps)).min(count) as isize;
+            (-by..=by).filter_map(move |d| inside(t as isize + d, count, wraps))
+        };
+        let tile = |t: usize| {
+            let [x, z] = [t % size[0], t / size[0]];
+            around(z, size[1], self.wraps[1])
+                .any(|z| around(x, size[0], self.wraps[0]).any(|x| self.tiles[z * size[0] + x]))
+        };
+        (0..self.tiles.len()).map(tile).collect()
+    }
+}
+
+/// What is left of coverage c after the time in which the thinnest foam fades to the share `fade`: the solution of
+/// dc/dt = −c (1 + [`DENSE`] c) / life, so that the number of steps does not matter.
+fn thinned(cover: f32, fade: f32) -> f32 {
+    fade * cover / (1.0 + DENSE * cover.max(0.0) * (1.0 - fade))
 }
 
 /// A row or column number brought into the grid, if it belongs there.
@@ -266,13 +298,14 @@ mod tests {
     fn even_foam_stays_even_and_fades_as_its_life_says() {
         let mut foam = Foam::new([32, 24], 1.0, [true; 2], 3.0);
         foam.cover.fill(0.5);
-        foam.rows.fill(true);
+        foam.tiles.fill(true);
         for _ in 0..100 {
             foam.advance(0.03, 2.0, |_, _| [-1.3, 1.4]);
         }
         let mut row = vec![0.0; 32];
         foam.show(7, &mut row);
-        let truth = 0.5 * (-1.0_f64).exp();
+        let fade = (-1.0_f64).exp();
+        let truth = 0.5 * fade / (1.0 + f64::from(DENSE) * 0.5 * (1.0 - fade));
         assert!(
             row.iter().all(|&c| (f64::from(c) - truth).abs() < 1e-5),
             "{row:?}"

@@ -32,6 +32,9 @@ use rayon::prelude::*;
 const DENSITY: f64 = 1000.0;
 /// Default radius of a droplet in spacings.
 const RADIUS: f64 = 0.1;
+/// Largest default radius of a droplet in depths of the water that throws it: the lip of a plunging breaker is about a
+/// tenth of the depth thick, whatever the spacing of the grid.
+const RADIUS_OF_DEPTH: f64 = 0.05;
 
 /// What is splashed and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +43,8 @@ pub struct SplashSettings {
     pub slope: f64,
     /// Share of the water that rises in a breaking cell which leaves as droplets, 0 to 1.
     pub amount: f64,
-    /// Mean radius of a droplet, m; default: a tenth of the spacing.
+    /// Mean radius of a droplet, m; default: a tenth of the spacing, but at most a twentieth of the depth where it is
+    /// thrown.
     pub droplet_radius: Option<f64>,
     /// Most droplets in flight; 0 for none. What would be thrown beyond stays in the water and is counted.
     pub max_droplets: usize,
@@ -193,9 +197,10 @@ impl Splash {
         }
     }
 
-    /// Mean volume of a droplet as depth over one cell, m.
-    fn droplet_height(&self) -> f64 {
-        let radius = self.settings.droplet_radius.unwrap_or(RADIUS * self.spacing);
+    /// Mean volume of a droplet that leaves water of `depth` m, as depth over one cell, m.
+    fn droplet_height(&self, depth: f64) -> f64 {
+        let by_default = (RADIUS * self.spacing).min(RADIUS_OF_DEPTH * depth);
+        let radius = self.settings.droplet_radius.unwrap_or(by_default);
         4.0 / 3.0 * std::f64::consts::PI * radius.powi(3) / (self.spacing * self.spacing)
     }
 
