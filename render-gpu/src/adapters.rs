@@ -1,6 +1,7 @@
 //! The adapters that this machine offers.
 
 use crate::AdapterDescription;
+use std::sync::OnceLock;
 
 /// Why no device could be opened.
 #[derive(Debug, thiserror::Error)]
@@ -32,8 +33,11 @@ pub enum DeviceError {
     },
 }
 
-fn instance() -> wgpu::Instance {
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+/// The process's one connection to its drivers. Some drivers allow only some thirty in a process and give them back late,
+/// so each renderer cannot have its own.
+fn instance() -> &'static wgpu::Instance {
+    static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+    INSTANCE.get_or_init(|| wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle()))
 }
 
 pub(crate) fn describe(info: &wgpu::AdapterInfo) -> AdapterDescription {

@@ -28,6 +28,14 @@ pub struct Gpu {
     trouble: Arc<Mutex<Trouble>>,
 }
 
+impl Drop for Gpu {
+    /// Frees what the device holds at once: waiting for its last reference to go would keep pipelines and the driver's
+    /// instance, of which some drivers allow few.
+    fn drop(&mut self) {
+        self.device.destroy();
+    }
+}
+
 impl Gpu {
     /// Opens the adapter that [`ADAPTER_VARIABLE`] names, else the best one. Limits beyond WebGPU's defaults are asked for
     /// only where sizes depend on the scene.

@@ -792,7 +792,7 @@ fn files_that_cannot_be_used() {
     case(
         "array",
         "nan.npy",
-        "nan.npy: water.initial.file: the elevation at [1, 0] is NaN m",
+        "nan.npy: water.initial.file: the height at [1, 0] is NaN m",
     );
     case(
         "array",
