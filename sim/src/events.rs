@@ -1,6 +1,10 @@
 //! What acts on the water from outside: drops, pushes, rain; scheduled by a scene or sent live.
 
 mod schedule;
+#[cfg_attr(
+    not(feature = "wave-equation"),
+    allow(dead_code, reason = "only grids of linear waves are stamped")
+)]
 pub(crate) mod stamp;
 
 pub use schedule::{Schedule, TICK};

@@ -6,7 +6,7 @@
 //!   are seen, and the deck runs to the horizon. A wall that stands between the camera and the water (the camera is
 //!   beyond it and below the deck) is left out and the water shows its side, as an aquarium does.
 //! - Elsewhere, open edges and the walls of a landscape, water continues at its level of rest and ground as its mirror
-//!   image fading into a plain of the mean height of its rim ([`Surface`](super::continuation::Surface)).
+//!   image fading into a plain of the mean height of its rim ([`Continuation`]).
 
 use super::Ray;
 use super::continuation::Continuation;
