@@ -29,8 +29,7 @@ pub struct Gpu {
 }
 
 impl Drop for Gpu {
-    /// Frees what the device holds at once: waiting for its last reference to go would keep pipelines and the driver's
-    /// instance, of which some drivers allow few.
+    /// Frees what the device holds now, not when the last reference to one of its resources goes.
     fn drop(&mut self) {
         self.device.destroy();
     }
