@@ -22,6 +22,23 @@ const GREY_SHOWN: f32 = 0.15;
 const MIX: f32 = 0.08;
 const UNMIX: f32 = 0.07;
 
+/// See [`ToneMap::parts`].
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// Factor of the radiance.
+    pub gain: f32,
+    /// Mixes the channels before the curve.
+    pub into: Mat3,
+    /// Takes part of the mixing back after it.
+    pub out_of: Mat3,
+    /// `p` of the curve.
+    pub contrast: f32,
+    /// `s^p` of the curve.
+    pub half: f32,
+    /// `w` of the curve.
+    pub scale: f32,
+}
+
 fn mixing(share: f32) -> Mat3 {
     let (own, other) = (1.0 - share, 0.5 * share);
     Mat3::from_cols(
@@ -54,6 +71,18 @@ impl ToneMap {
             out_of: mixing(UNMIX).inverse(),
             half,
             scale: (w + half) / w,
+        }
+    }
+
+    /// What the map consists of, for whoever evaluates it on another device: the steps are those of [`Self::display`].
+    pub fn parts(&self) -> Parts {
+        Parts {
+            gain: self.gain,
+            into: self.into,
+            out_of: self.out_of,
+            contrast: CONTRAST,
+            half: self.half,
+            scale: self.scale,
         }
     }
 

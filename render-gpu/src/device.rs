@@ -26,12 +26,16 @@ pub struct Gpu {
     /// Nanoseconds a tick of timestamp queries, where passes can be timed.
     pub tick: Option<f32>,
     trouble: Arc<Mutex<Trouble>>,
+    /// Whether somebody else uses the device too.
+    shared: bool,
 }
 
 impl Drop for Gpu {
-    /// Frees what the device holds now, not when the last reference to one of its resources goes.
+    /// Frees what the device holds now, not when the last reference to one of its resources goes; a shared device stays.
     fn drop(&mut self) {
-        self.device.destroy();
+        if !self.shared {
+            self.device.destroy();
+        }
     }
 }
 
@@ -46,26 +50,42 @@ impl Gpu {
             .ok()
             .filter(|name| !name.is_empty());
         let adapter = adapters::find(wanted.as_deref())?;
-        let description = adapters::describe(&adapter.get_info());
+        let info = adapter.get_info();
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&Self::needs(&adapter))).map_err(|source| {
+                DeviceError::Refused {
+                    name: info.name.clone(),
+                    source,
+                }
+            })?;
+        Ok(Self::with(device, queue, &info, false))
+    }
+
+    /// What a device that renderers share with a window is to be requested with.
+    pub fn needs(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let theirs = adapter.limits();
         let defaults = wgpu::Limits::default();
-        let required_limits = wgpu::Limits {
-            max_texture_dimension_2d: theirs.max_texture_dimension_2d,
-            max_buffer_size: theirs.max_buffer_size,
-            max_storage_buffer_binding_size: theirs.max_storage_buffer_binding_size,
-            ..defaults
-        };
-        let timed = adapter.features() & wgpu::Features::TIMESTAMP_QUERY;
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        wgpu::DeviceDescriptor {
             label: Some("meniscus"),
-            required_features: timed,
-            required_limits,
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: wgpu::Limits {
+                max_texture_dimension_2d: theirs.max_texture_dimension_2d,
+                max_buffer_size: theirs.max_buffer_size,
+                max_storage_buffer_binding_size: theirs.max_storage_buffer_binding_size,
+                ..defaults
+            },
             ..Default::default()
-        }))
-        .map_err(|source| DeviceError::Refused {
-            name: description.name.clone(),
-            source,
-        })?;
+        }
+    }
+
+    /// A device that somebody else opened, with what [`Self::needs`] says, and uses too. Its errors and its loss are
+    /// listened to from now on.
+    pub fn shared(device: wgpu::Device, queue: wgpu::Queue, info: &wgpu::AdapterInfo) -> Self {
+        Self::with(device, queue, info, true)
+    }
+
+    fn with(device: wgpu::Device, queue: wgpu::Queue, info: &wgpu::AdapterInfo, shared: bool) -> Self {
+        let timed = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let trouble = Arc::new(Mutex::new(Trouble::default()));
         let on_error = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -77,13 +97,14 @@ impl Gpu {
             let mut trouble = on_loss.lock().unwrap_or_else(PoisonError::into_inner);
             trouble.lost = Some(format!("{reason:?}: {message}"));
         });
-        Ok(Self {
-            tick: (!timed.is_empty()).then(|| queue.get_timestamp_period()),
+        Self {
+            tick: timed.then(|| queue.get_timestamp_period()),
             device,
             queue,
-            description,
+            description: adapters::describe(info),
             trouble,
-        })
+            shared,
+        }
     }
 
     /// Why the device is gone, if it is.

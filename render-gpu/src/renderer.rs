@@ -12,6 +12,7 @@ use meniscus_sim::glam::{UVec2, Vec3, Vec4};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use meniscus_sim::{Channels, Frame, Scene, stage};
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// What the ray through the middle of one pixel met, as far as the technique knows.
@@ -67,7 +68,7 @@ impl Kept {
 /// Everything that lives on one device.
 #[derive(Debug)]
 struct Held {
-    gpu: Gpu,
+    gpu: Arc<Gpu>,
     executor: Executor,
     fixed: Option<Fixed>,
     uniform: Kept,
@@ -94,7 +95,11 @@ impl Held {
             what: error.to_string(),
             remedy: "use `whitted`, or see `meniscus renderers`".to_owned(),
         })?;
-        Ok(Self {
+        Ok(Self::on(Arc::new(gpu)))
+    }
+
+    fn on(gpu: Arc<Gpu>) -> Self {
+        Self {
             gpu,
             executor: Executor::default(),
             fixed: None,
@@ -114,7 +119,7 @@ impl Held {
             picture: Kept::default(),
             readable: Kept::default(),
             sky: None,
-        })
+        }
     }
 }
 
@@ -135,6 +140,35 @@ impl GpuRenderer {
     /// A renderer with these settings.
     pub fn new(settings: Settings) -> Self {
         Self { settings, held: None }
+    }
+
+    /// A renderer on a device that is open, which others may use too. If it is lost, one of its own is opened.
+    pub fn on(settings: Settings, gpu: Arc<Gpu>) -> Self {
+        Self {
+            settings,
+            held: Some(Held::on(gpu)),
+        }
+    }
+
+    /// Draws as [`render`](Renderer::render) does and leaves the picture on the device: see [`Self::picture`].
+    ///
+    /// # Errors
+    /// As [`render`](Renderer::render).
+    pub fn render_resident(
+        &mut self,
+        scene: &Scene,
+        frame: &Frame,
+        view: &View,
+        progress: &(dyn Fn(f32) -> bool + Sync),
+    ) -> Result<RenderReport, RenderError> {
+        Ok(self.draw(scene, frame, view, None, false, progress)?.report)
+    }
+
+    /// The picture that was drawn last and the device that it is on: linear radiance, four `f32` a pixel, row-major from the
+    /// top left.
+    pub fn picture(&self) -> Option<(&Arc<Gpu>, &wgpu::Buffer)> {
+        let held = self.held.as_ref()?;
+        Some((&held.gpu, held.picture.buffer.as_ref()?))
     }
 
     /// What it does.
@@ -232,8 +266,7 @@ impl GpuRenderer {
             samples: 1,
             ..view.clone()
         };
-        let mut image = Image::default();
-        let drawn = self.draw(scene, frame, &view, &mut image, true, &|_| true)?;
+        let drawn = self.draw(scene, frame, &view, None, true, &|_| true)?;
         let Some(anchor) = self
             .held
             .as_ref()
@@ -256,13 +289,13 @@ impl GpuRenderer {
         }))
     }
 
-    /// Draws, and once more on a new device if the old one is lost.
+    /// Draws, and once more on a new device if the old one is lost; into `image`, or to stay on the device.
     fn draw(
         &mut self,
         scene: &Scene,
         frame: &Frame,
         view: &View,
-        image: &mut Image,
+        mut image: Option<&mut Image>,
         want_met: bool,
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<Drawn, RenderError> {
@@ -275,6 +308,7 @@ impl GpuRenderer {
                 Some(held) => held,
                 None => Held::open()?,
             };
+            let image = image.as_deref_mut();
             let drawn = held.draw(scene, frame, view, &self.settings, image, want_met, progress);
             let lost = held.gpu.lost();
             self.held = Some(held);
@@ -390,7 +424,7 @@ impl Held {
         frame: &Frame,
         view: &View,
         settings: &Settings,
-        image: &mut Image,
+        image: Option<&mut Image>,
         want_met: bool,
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<Drawn, RenderError> {
@@ -429,7 +463,7 @@ impl Held {
         frame: &Frame,
         view: &View,
         settings: &Settings,
-        image: &mut Image,
+        image: Option<&mut Image>,
         want_met: bool,
         progress: &(dyn Fn(f32) -> bool + Sync),
         mut report: RenderReport,
@@ -503,10 +537,15 @@ impl Held {
                 return Err(RenderError::Interrupted);
             }
         }
-        let met = match met {
-            Some(met) => Some(self.read_met(&physical, met, view.size)?),
-            None => {
+        let met = match (met, image) {
+            (Some(met), _) => Some(self.read_met(&physical, met, view.size)?),
+            (None, Some(image)) => {
                 self.read_picture(view.size, image)?;
+                None
+            }
+            (None, None) => {
+                // Its time counts also where it is not read.
+                let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
                 None
             }
         };
@@ -766,7 +805,9 @@ impl Renderer for GpuRenderer {
         image: &mut Image,
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<RenderReport, RenderError> {
-        Ok(self.draw(scene, frame, view, image, false, progress)?.report)
+        Ok(self
+            .draw(scene, frame, view, Some(image), false, progress)?
+            .report)
     }
 }
 

@@ -3,7 +3,7 @@
 //! Results go to standard output, progress, notes and errors to standard error. Exit codes: 0 done, 1 the run failed,
 //! 2 the input is wrong, 130 after Ctrl-C. `docs/command-line.md` describes both for users.
 
-mod args;
+pub(crate) mod args;
 mod check;
 mod claim;
 mod console;
@@ -15,18 +15,18 @@ mod failure;
 mod format;
 mod frames;
 mod info;
-mod input;
+pub(crate) mod input;
 mod interrupt;
 mod listing;
-mod live;
+pub(crate) mod live;
 mod log;
 mod memory;
 mod picture;
 mod plan;
 mod progress;
-mod progressive;
+pub(crate) mod progressive;
 mod record;
-mod render;
+pub(crate) mod render;
 mod study;
 mod view;
 mod volume;
@@ -99,7 +99,7 @@ pub enum Command {
     /// Draw frames of a recording, or of a scene that is run live, as PNG, EXR, GIF or MP4
     #[command(long_about = render::ABOUT)]
     Render(RenderArgs),
-    /// Open the window (comes in a later version)
+    /// Open the window: play a recording, run a scene live, compare renderers
     #[command(long_about = view::ABOUT)]
     View(ViewArgs),
     /// Write the frames of a recording for NumPy, ParaView or Blender

@@ -30,14 +30,21 @@ pub(crate) struct Reached {
 }
 
 /// Running mean and squared deviation of every pixel over the passes (Welford 1962).
-struct Passes {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Passes {
     count: u32,
     mean: Vec<DVec3>,
     square: Vec<DVec3>,
 }
 
 impl Passes {
-    fn add(&mut self, image: &Image) {
+    /// Passes so far.
+    pub(crate) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Adds one; all are of the same size.
+    pub(crate) fn add(&mut self, image: &Image) {
         self.count += 1;
         let n = f64::from(self.count);
         self.mean.resize(image.pixels.len(), DVec3::ZERO);
@@ -49,7 +56,8 @@ impl Passes {
         }
     }
 
-    fn noise(&self) -> Option<f64> {
+    /// Estimated noise of the mean, relative to it; `None` after too few passes to tell.
+    pub(crate) fn noise(&self) -> Option<f64> {
         if self.count < FEWEST_PASSES {
             return None;
         }
@@ -60,7 +68,8 @@ impl Passes {
         Some((square / (n * (n - 1.0))).sqrt() / mean.abs().max(f64::MIN_POSITIVE))
     }
 
-    fn write(&self, image: &mut Image) {
+    /// Writes the mean.
+    pub(crate) fn write(&self, image: &mut Image) {
         for (pixel, mean) in image.pixels.iter_mut().zip(&self.mean) {
             *pixel = Vec3::new(mean.x as f32, mean.y as f32, mean.z as f32);
         }
@@ -82,11 +91,7 @@ pub(crate) fn draw(
     advance: &(dyn Fn(f32) -> bool + Sync),
 ) -> Result<(RenderReport, Reached), RenderError> {
     let start = Instant::now();
-    let mut passes = Passes {
-        count: 0,
-        mean: Vec::new(),
-        square: Vec::new(),
-    };
+    let mut passes = Passes::default();
     let mut report = RenderReport::default();
     let mut view = view.clone();
     loop {

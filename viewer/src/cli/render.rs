@@ -136,12 +136,25 @@ pub(super) fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
 /// # Errors
 /// What `meniscus render` ends with.
 pub(super) fn draw(args: &RenderArgs, console: &Console, interrupt: Interrupt) -> Result<Rendered, Failure> {
+    draw_from(args, None, console, interrupt)
+}
+
+/// As [`draw`], from `place` instead of a camera of the scene.
+///
+/// # Errors
+/// As [`draw`].
+pub(crate) fn draw_from(
+    args: &RenderArgs,
+    place: Option<&View>,
+    console: &Console,
+    interrupt: Interrupt,
+) -> Result<Rendered, Failure> {
     let kind = PictureKind::of(&args.out)?;
     let renderer = live::renderer(&args.renderer)?;
     claim::writable(&args.out)?;
     claim::differs(&args.out, &args.input)?;
     let input = Input::open(&args.input, &args.overrides.set, console)?;
-    let mut job = Job::new(args, kind, input, renderer)?;
+    let mut job = Job::new(args, place, kind, input, renderer)?;
     job.draw(console, interrupt)
 }
 
@@ -159,6 +172,7 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn new(
         args: &'a RenderArgs,
+        place: Option<&View>,
         kind: PictureKind,
         input: Input,
         renderer: Box<dyn Renderer>,
@@ -174,7 +188,14 @@ impl<'a> Job<'a> {
             &format!("an image of {size} pixels"),
             "choose a smaller --size",
         )?;
-        let view = camera::view(scene, camera, args.size.0, args.spp).or_input()?;
+        let view = match place {
+            Some(place) => View {
+                size: args.size.0,
+                samples: args.spp,
+                ..place.clone()
+            },
+            None => camera::view(scene, camera, args.size.0, args.spp).or_input()?,
+        };
         let exposure = match args.exposure {
             Some(stops) => stops as f32,
             None => camera::exposure(scene, camera).or_input()?,

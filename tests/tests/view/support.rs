@@ -1,0 +1,225 @@
+//! Small scenes and recordings, and waiting for threads.
+
+use meniscus::app::model::drawing::Drawn;
+use meniscus::app::model::player::Player;
+use meniscus::app::model::recent::Recent;
+use meniscus::app::model::renderers::Choices;
+use meniscus::app::model::{Moment, nobody};
+use meniscus_sim::glam::UVec2;
+use meniscus_sim::recording::Writer;
+use meniscus_sim::source::LiveSource;
+use meniscus_sim::{Channels, Frame, FrameSource as _, Progress, Scene, solvers};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long a thread may take: generous, since the machine may be busy.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A square tray of water with a hump, a drop at 0.2 s and two cameras.
+pub const TRAY: &str = r#"name = "Tray"
+seed = 1
+duration = 1.0
+
+[domain]
+size = [2.0, 2.0]
+
+[water]
+initial = { kind = "disturbance", position = [0.8, 1.1], radius = 0.25, height = 0.06 }
+
+[terrain]
+kind = "flat"
+height = -0.25
+
+[ground]
+albedo = [0.62, 0.60, 0.55]
+shore_albedo = [0.20, 0.22, 0.25]
+checker = 0.25
+
+[solver]
+kind = "wave-equation"
+spacing = 0.0625
+
+[light]
+sun = { elevation = 50.0, azimuth = 130.0 }
+
+[[camera]]
+name = "corner"
+position = [-0.45, 1.0, 2.45]
+target = [1.0, -0.12, 0.95]
+fov = 48.0
+
+[[camera]]
+name = "above"
+position = [1.0, 2.6, 1.2]
+target = [1.0, 0.0, 1.0]
+fov = 55.0
+
+[[event]]
+kind = "drop"
+time = 0.2
+position = [0.5, 1.4]
+radius = 0.2
+volume = 0.0003
+
+[recording]
+rate = 20.0
+"#;
+
+/// Shallow water with a crate that floats.
+pub const BASIN: &str = r#"name = "Basin"
+seed = 3
+duration = 2.0
+
+[domain]
+size = [4.0, 4.0]
+
+[terrain]
+kind = "flat"
+height = -0.8
+
+[solver]
+kind = "shallow-water"
+spacing = 0.2
+
+[[object]]
+name = "crate"
+shape = { kind = "box", size = [0.8, 0.5, 0.8] }
+position = [2.0, 0.2, 2.0]
+density = 400.0
+motion = { kind = "free" }
+
+[recording]
+rate = 20.0
+"#;
+
+/// A folder that goes with the test.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// A recording of all frames of a scene.
+    pub fn record(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        let scene = scene(text);
+        let mut source = run(&scene).until(scene.description.duration);
+        let mut writer = Writer::create(&path, &scene, source.channels()).unwrap();
+        let mut frame = Frame::new(scene.grid);
+        while let Progress::Frame(report) = source.read_into(&mut frame).unwrap() {
+            writer.push(&frame, report).unwrap();
+        }
+        writer.finish().unwrap();
+        path
+    }
+}
+
+pub fn scene(text: &str) -> Scene {
+    Scene::from_toml(text, Path::new("scene.toml"), &[]).unwrap()
+}
+
+/// A run with everything that renderers can use.
+pub fn run(scene: &Scene) -> LiveSource {
+    let solver = solvers::build(scene).unwrap();
+    let wanted = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS | Channels::BODIES;
+    let wanted = if scene.description.objects.is_empty() {
+        wanted - Channels::BODIES
+    } else {
+        wanted
+    };
+    LiveSource::new(scene, solver, wanted)
+}
+
+/// Waits until `done` gives something.
+pub fn wait<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(value) = done() {
+            return value;
+        }
+        assert!(start.elapsed() < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A player that draws on the processor.
+pub fn player() -> Player {
+    Player::new(Choices::with_adapter(None), Recent::default(), nobody()).unwrap()
+}
+
+/// A player driven by a clock of the test's own.
+pub struct Driven {
+    pub player: Player,
+    pub now: f64,
+}
+
+impl Driven {
+    pub fn new(player: Player) -> Self {
+        Self { player, now: 0.0 }
+    }
+
+    /// With a file open, paused at its first frame.
+    pub fn opened(path: &Path) -> Self {
+        let mut driven = Self::new(player());
+        driven.player.open(path, Vec::new());
+        driven.until("the first frame", |player| {
+            let session = player.session.as_mut()?;
+            session.clock.playing = false;
+            session.moment.clone()
+        });
+        driven
+    }
+
+    /// Lets time pass, a hundredth of a second an update.
+    pub fn pass(&mut self, seconds: f64) {
+        let end = self.now + seconds;
+        while self.now < end {
+            self.now += 0.01;
+            self.player.update(self.now, UVec2::new(48, 32));
+        }
+    }
+
+    /// Updates without letting time pass until `done` gives something.
+    pub fn until<T>(&mut self, what: &str, mut done: impl FnMut(&mut Player) -> Option<T>) -> T {
+        let now = self.now;
+        let player = &mut self.player;
+        wait(what, || {
+            player.update(now, UVec2::new(48, 32));
+            done(player)
+        })
+    }
+
+    /// The picture of what is set now.
+    pub fn picture(&mut self) -> Arc<Drawn> {
+        let before = self.player.drawn.clone();
+        self.pass(0.02);
+        self.until("a picture", |player| {
+            let now = player.drawn.clone()?;
+            let new = before.as_ref().is_none_or(|before| !Arc::ptr_eq(before, &now));
+            new.then_some(now)
+        })
+    }
+
+    pub fn moment(&self) -> Arc<Moment> {
+        let session = self.player.session.as_ref().unwrap();
+        Arc::clone(session.moment.as_ref().unwrap())
+    }
+
+    /// All messages, a line each.
+    pub fn messages(&self) -> String {
+        let list = self.player.messages.list().iter();
+        list.map(|message| message.text.clone() + "\n").collect()
+    }
+}
