@@ -127,7 +127,7 @@ impl Folder {
 }
 
 pub fn scene(text: &str) -> Scene {
-    Scene::from_toml(text, Path::new("scene.toml"), &[]).unwrap()
+    Scene::from_toml(text, Path::new("scene.toml"), Path::new("."), &[]).unwrap()
 }
 
 /// A run with everything that renderers can use.
