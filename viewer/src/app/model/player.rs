@@ -71,6 +71,7 @@ struct Inputs {
     pixels: UVec2,
     renderers: String,
     exposure: f32,
+    quality: Quality,
     difference: bool,
     /// Which session, counted from the first.
     session: u64,
@@ -387,6 +388,7 @@ impl Player {
             pixels,
             renderers,
             exposure: session.exposure,
+            quality: self.quality,
             difference: self.compare.on,
             session: self.sessions,
             complete,
