@@ -10,13 +10,13 @@ use meniscus_render_gpu::device::Gpu;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// A device and egui's renderer on it.
-pub struct Canvas {
+pub(crate) struct Canvas {
     gpu: Gpu,
     renderer: Renderer,
 }
 
 impl Canvas {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let gpu = Gpu::open().unwrap();
         let renderer = Renderer::new(&gpu.device, FORMAT, RendererOptions::PREDICTABLE);
         Self { gpu, renderer }
@@ -88,7 +88,7 @@ impl TestRenderer for Canvas {
 }
 
 /// Pixels of a texture of four bytes each, row-major from the top left.
-pub fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
+pub(crate) fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
     let size = texture.size();
     let row = 4 * size.width;
     // Rows in a buffer stand at multiples of 256 bytes.

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A square tray of water with a hump, a drop at 0.2 s and two cameras.
-pub const TRAY: &str = r#"name = "Tray"
+pub(crate) const TRAY: &str = r#"name = "Tray"
 seed = 1
 duration = 1.0
 
@@ -67,7 +67,7 @@ rate = 20.0
 "#;
 
 /// Shallow water with a crate that floats.
-pub const BASIN: &str = r#"name = "Basin"
+pub(crate) const BASIN: &str = r#"name = "Basin"
 seed = 3
 duration = 2.0
 
@@ -94,25 +94,25 @@ rate = 20.0
 "#;
 
 /// A folder that goes with the test.
-pub struct Folder(tempfile::TempDir);
+pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path(name);
         std::fs::write(&path, text).unwrap();
         path
     }
 
     /// A recording of all frames of a scene.
-    pub fn record(&self, name: &str, text: &str) -> PathBuf {
+    pub(crate) fn record(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path(name);
         let scene = scene(text);
         let mut source = run(&scene).until(scene.description.duration);
@@ -126,12 +126,12 @@ impl Folder {
     }
 }
 
-pub fn scene(text: &str) -> Scene {
+pub(crate) fn scene(text: &str) -> Scene {
     Scene::from_toml(text, Path::new("scene.toml"), Path::new("."), &[]).unwrap()
 }
 
 /// A run with everything that renderers can use.
-pub fn run(scene: &Scene) -> LiveSource {
+pub(crate) fn run(scene: &Scene) -> LiveSource {
     let solver = solvers::build(scene).unwrap();
     let wanted = Channels::DISPLACEMENT | Channels::FOAM | Channels::DROPLETS | Channels::BODIES;
     let wanted = if scene.description.objects.is_empty() {
@@ -143,7 +143,7 @@ pub fn run(scene: &Scene) -> LiveSource {
 }
 
 /// Waits until `done` gives something.
-pub fn wait<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> T {
+pub(crate) fn wait<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(value) = done() {
@@ -155,23 +155,23 @@ pub fn wait<T>(what: &str, mut done: impl FnMut() -> Option<T>) -> T {
 }
 
 /// A player that draws on the processor.
-pub fn player() -> Player {
+pub(crate) fn player() -> Player {
     Player::new(Choices::with_adapter(None), Recent::default(), nobody()).unwrap()
 }
 
 /// A player driven by a clock of the test's own.
-pub struct Driven {
-    pub player: Player,
-    pub now: f64,
+pub(crate) struct Driven {
+    pub(crate) player: Player,
+    pub(crate) now: f64,
 }
 
 impl Driven {
-    pub fn new(player: Player) -> Self {
+    pub(crate) fn new(player: Player) -> Self {
         Self { player, now: 0.0 }
     }
 
     /// With a file open, paused at its first frame.
-    pub fn opened(path: &Path) -> Self {
+    pub(crate) fn opened(path: &Path) -> Self {
         let mut driven = Self::new(player());
         driven.player.open(path, Vec::new());
         driven.until("the first frame", |player| {
@@ -183,7 +183,7 @@ impl Driven {
     }
 
     /// Lets time pass, a hundredth of a second an update.
-    pub fn pass(&mut self, seconds: f64) {
+    pub(crate) fn pass(&mut self, seconds: f64) {
         let end = self.now + seconds;
         while self.now < end {
             self.now += 0.01;
@@ -192,7 +192,7 @@ impl Driven {
     }
 
     /// Updates without letting time pass until `done` gives something.
-    pub fn until<T>(&mut self, what: &str, mut done: impl FnMut(&mut Player) -> Option<T>) -> T {
+    pub(crate) fn until<T>(&mut self, what: &str, mut done: impl FnMut(&mut Player) -> Option<T>) -> T {
         let now = self.now;
         let player = &mut self.player;
         wait(what, || {
@@ -202,7 +202,7 @@ impl Driven {
     }
 
     /// The picture of what is set now.
-    pub fn picture(&mut self) -> Arc<Drawn> {
+    pub(crate) fn picture(&mut self) -> Arc<Drawn> {
         let before = self.player.drawn.clone();
         self.pass(0.02);
         self.until("a picture", |player| {
@@ -212,13 +212,13 @@ impl Driven {
         })
     }
 
-    pub fn moment(&self) -> Arc<Moment> {
+    pub(crate) fn moment(&self) -> Arc<Moment> {
         let session = self.player.session.as_ref().unwrap();
         Arc::clone(session.moment.as_ref().unwrap())
     }
 
     /// All messages, a line each.
-    pub fn messages(&self) -> String {
+    pub(crate) fn messages(&self) -> String {
         let list = self.player.messages.list().iter();
         list.map(|message| message.text.clone() + "\n").collect()
     }

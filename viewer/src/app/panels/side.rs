@@ -52,7 +52,8 @@ fn renderers(ui: &mut egui::Ui, player: &mut Player, second: bool) {
     } else {
         player.renderer.clone()
     };
-    egui::ComboBox::from_id_salt(("renderer", second))
+    let name = ui.label(if second { "Second renderer" } else { "Renderer" });
+    let list = egui::ComboBox::from_id_salt(("renderer", second))
         .selected_text(chosen.clone())
         .width(ui.available_width() - 8.0)
         .show_ui(ui, |ui| {
@@ -67,6 +68,7 @@ fn renderers(ui: &mut egui::Ui, player: &mut Player, second: bool) {
                 }
             }
         });
+    list.response.labelled_by(name.id);
     if second {
         player.compare.renderer = chosen;
     } else {
@@ -372,7 +374,8 @@ fn clip(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
         });
     }
     ui.horizontal(|ui| {
-        egui::ComboBox::from_id_salt("clip kind")
+        let file = ui.label("file");
+        let kinds = egui::ComboBox::from_id_salt("clip kind")
             .selected_text(KINDS[clip.kind].0)
             .width(60.0)
             .show_ui(ui, |ui| {
@@ -380,14 +383,16 @@ fn clip(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
                     ui.selectable_value(&mut clip.kind, k, *name);
                 }
             });
+        kinds.response.labelled_by(file.id);
         let name = |size: meniscus_sim::glam::UVec2| format!("{} × {}", size.x, size.y);
-        egui::ComboBox::from_id_salt("clip size")
+        let sizes = egui::ComboBox::from_id_salt("clip size")
             .selected_text(name(SIZES[clip.size]))
             .show_ui(ui, |ui| {
                 for (k, size) in SIZES.into_iter().enumerate() {
                     ui.selectable_value(&mut clip.size, k, name(size));
                 }
             });
+        sizes.response.labelled_by(file.id);
     });
     ui.horizontal(|ui| {
         let label = ui.label("samples a pixel");
@@ -487,9 +492,9 @@ fn plan(ui: &mut egui::Ui, player: &mut Player) {
         for item in items.iter().filter(|item| item.active == active) {
             ui.horizontal(|ui| {
                 let (mark, color) = if active {
-                    ("●", style::ACCENT)
+                    ("+", style::ACCENT)
                 } else {
-                    ("○", Color32::GRAY)
+                    ("−", Color32::GRAY)
                 };
                 ui.colored_label(color, mark);
                 ui.add(egui::Label::new(RichText::new(&item.name).small()).truncate())

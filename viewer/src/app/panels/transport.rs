@@ -87,6 +87,7 @@ fn speed(ui: &mut egui::Ui, session: &mut Session) {
     };
     let mut chosen = session.clock.speed();
     let sign = if session.clock.reverse { "−" } else { "" };
+    let name_of_list = ui.label("Speed");
     egui::ComboBox::from_id_salt("speed")
         .selected_text(format!("{sign}{}", name(chosen)))
         .width(64.0)
@@ -96,6 +97,7 @@ fn speed(ui: &mut egui::Ui, session: &mut Session) {
             }
         })
         .response
+        .labelled_by(name_of_list.id)
         .on_hover_text("Speed (↑ ↓; J K L play back, stop, play)");
     if chosen != session.clock.speed() {
         session.clock.set_speed(chosen);
@@ -106,7 +108,7 @@ fn record(ui: &mut egui::Ui, session: &mut Session, name: std::path::PathBuf) {
     ui.separator();
     match session.recording.clone() {
         RecordingState::Off => {
-            let face = RichText::new("● Record").color(style::ALARM);
+            let face = RichText::new("Record").color(style::ALARM);
             if ui
                 .button(face)
                 .on_hover_text(format!("Record from here on into {} (R)", name.display()))
@@ -116,7 +118,7 @@ fn record(ui: &mut egui::Ui, session: &mut Session, name: std::path::PathBuf) {
             }
         }
         RecordingState::On(path, frames) => {
-            let face = RichText::new("■ Stop").color(Color32::WHITE);
+            let face = RichText::new("Stop").color(Color32::WHITE);
             if ui
                 .add(egui::Button::new(face).fill(style::ALARM))
                 .on_hover_text("Finish the recording (R)")
