@@ -24,6 +24,9 @@ pub struct Row {
     pub probe: Option<f32>,
 }
 
+/// A curve: its name, and how it is read of a row.
+pub type Curve = (&'static str, fn(&Row) -> Option<f64>);
+
 /// A quantity that can be plotted: its name with unit, and how it is read.
 pub struct Quantity {
     /// Title of the plot.
@@ -31,7 +34,7 @@ pub struct Quantity {
     /// Unit of the axis.
     pub unit: &'static str,
     /// Curves by name.
-    pub curves: &'static [(&'static str, fn(&Row) -> Option<f64>)],
+    pub curves: &'static [Curve],
 }
 
 /// What can be plotted against time.

@@ -58,12 +58,7 @@ pub fn body(scene: &Scene, frame: &Frame, eye: DVec3, direction: DVec3) -> Optio
             Shape::Box { size } => 0.5 * size.length(),
             Shape::Cylinder { radius, height } => radius.hypot(0.5 * height),
             Shape::Model { .. } => {
-                let far = scene
-                    .meshes
-                    .get(k)?
-                    .positions
-                    .iter()
-                    .map(|p| Vec3::from(*p).length());
+                let far = scene.meshes.get(k)?.positions.iter().map(|p| p.length());
                 far.fold(0.0, f32::max)
             }
         };

@@ -183,11 +183,11 @@ impl Session {
         match replay.want(k, self.clock.reverse, self.clock.looping) {
             // The frame shown before stays until it is there.
             None => {}
-            Some(Err(text)) => {
-                if self.damaged.replace(k) != Some(k) {
-                    messages.warn(text);
-                }
+            Some(Err(text)) if self.damaged != Some(k) => {
+                self.damaged = Some(k);
+                messages.warn(text);
             }
+            Some(Err(_)) => {}
             Some(Ok(moment)) if shown != Some(moment.frame.index) => {
                 let row = self.history.row(k as u64, moment.frame.time);
                 row.report = moment.report;

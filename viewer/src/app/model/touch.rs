@@ -91,7 +91,7 @@ impl Touch {
             held: None,
             before: None,
             poured: f64::NEG_INFINITY,
-            rng: Rng::new(scene.description.seed, 0x746f_7563_68),
+            rng: Rng::new(scene.description.seed, 0x0074_6f75_6368),
         }
     }
 
