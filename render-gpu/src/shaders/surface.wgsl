@@ -14,7 +14,7 @@ const GLASS_MESH: u32 = 1u;
 
 struct SurfaceCorner {
     @builtin(position) clip: vec4f,
-    @location(0) position: vec3f,
+    @location(0) @interpolate(perspective, centroid) position: vec3f,
 }
 
 fn corner_of_square(k: u32) -> vec2u {
@@ -34,7 +34,7 @@ fn surface_vertex(@builtin(vertex_index) k: u32, @builtin(instance_index) tile: 
         let periodic = f.periodic != vec2u(0u);
         let g = vec2f(clamp(vec2i(at) - 1, vec2i(0), vec2i(n)));
         var q = f.low + g / vec2f(n) * (f.high - f.low);
-        let y = heights[f.heights + u32(g.y) * f.size.x + u32(g.x)];
+        let y = sample_at(WATER_FIELD, u32(g.x), u32(g.y));
         let outer = select(vec2f(0.0), vec2f(reach), at == last) - select(vec2f(0.0), vec2f(reach), at == vec2u(0u));
         let side = which.c;
         let shift = vec2f(vec2i(vec2u(tile % side, tile / side)) - i32(side / 2u)) * f.period;
@@ -155,7 +155,7 @@ fn surface(in: SurfaceCorner) -> @location(0) vec4f {
         radiance = radiance * transmittance(stage.extinction, it.distance)
             + scattered(depth_below(stage.eye), -it.d.y, it.distance);
     }
-    return vec4f(radiance, 1.0);
+    return target_value(radiance);
 }
 
 struct Met {

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod caustics;
+mod foreign;
 mod frames;
 mod pruning;
+mod scratch;
 mod support;
 mod truth;

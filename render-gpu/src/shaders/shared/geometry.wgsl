@@ -105,8 +105,8 @@ fn vertex_of(k: u32) -> Vertex {
 
 struct Corner {
     @builtin(position) clip: vec4f,
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
+    @location(0) @interpolate(perspective, centroid) position: vec3f,
+    @location(1) @interpolate(perspective, centroid) normal: vec3f,
     @location(2) color: vec3f,
 }
 
