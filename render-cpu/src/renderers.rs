@@ -1,6 +1,7 @@
 //! The renderers of this crate, by name.
 
 use crate::path::PathTracer;
+use crate::photon::PhotonMapper;
 use crate::whitted::Whitted;
 use meniscus_sim::render::Renderer;
 
@@ -38,6 +39,11 @@ pub fn available() -> Vec<RendererInfo> {
             summary: "path tracing on the CPU without bias: soft sun and sky, sunlight focused by waves, scattering; noise falls with --spp",
             unavailable: None,
         },
+        RendererInfo {
+            name: PhotonMapper::NAME,
+            summary: "light followed from sun and sky through the water onto floor, walls and objects, then seen as by `whitted`; noise falls with --spp",
+            unavailable: None,
+        },
     ]
 }
 
@@ -49,6 +55,7 @@ pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
     match name {
         Whitted::NAME => Ok(Box::new(Whitted::default())),
         PathTracer::NAME => Ok(Box::new(PathTracer::default())),
+        PhotonMapper::NAME => Ok(Box::new(PhotonMapper::default())),
         _ => Err(UnknownRenderer {
             name: name.to_owned(),
             known: available()

@@ -205,6 +205,11 @@ pub(crate) fn place(scene: &Scene, frame: &Frame, models: &[Option<Arc<Model>>])
 }
 
 impl Placed {
+    /// A height that it does not rise above, metres.
+    pub(crate) fn top(&self) -> f64 {
+        self.position.y + self.bound
+    }
+
     pub(crate) fn cast(&self, ray: &Ray, t_max: f64) -> Option<ObjectHit> {
         // Distance of the centre from the ray's line against the bounding sphere.
         let to = self.position - ray.origin;

@@ -111,6 +111,7 @@ impl Whitted {
                 world: &set.world,
                 settings: &self.settings,
                 caustics: None,
+                photons: None,
                 sun_point: [0.0; 2],
                 rays: 0,
             };

@@ -22,6 +22,7 @@ mod trace;
 pub use auxiliary::{Auxiliary, AuxiliaryPixel};
 
 use crate::caster::Ray;
+use crate::photon::Maps;
 use crate::stage::pixel::Pixel;
 use crate::stage::{Set, Stage, tiles};
 use caustics::Caustics;
@@ -83,33 +84,82 @@ impl Whitted {
             stage: Stage::default(),
         }
     }
+}
 
-    /// Runs `draw` with the frame and its caustics ready for rays.
-    fn with_tracer<R>(
-        &mut self,
-        scene: &Scene,
-        frame: &Frame,
+/// How a picture is traced: what [`Whitted`] and the photon mapper have in common.
+pub(crate) struct Drawing<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) seed: u64,
+    /// Light under water from photons, in place of that through still water and its caustics.
+    pub(crate) photons: Option<&'a Maps>,
+}
+
+impl Drawing<'_> {
+    /// Traces every pixel.
+    ///
+    /// # Errors
+    /// [`RenderError::Interrupted`] if `progress` returned `false`.
+    pub(crate) fn draw(
+        &self,
+        set: &Set<'_>,
         view: &View,
+        image: &mut Image,
+        progress: &(dyn Fn(f32) -> bool + Sync),
         report: &mut RenderReport,
-        draw: impl FnOnce(&Set<'_>, &Tracer<'_>, &mut RenderReport) -> Result<R, RenderError>,
-    ) -> Result<R, RenderError> {
-        let settings = &self.settings;
-        self.stage.with(scene, frame, view, report, |set, report| {
-            let world = &set.world;
-            let start = Instant::now();
-            let caustics = world.ground.filter(|_| settings.caustics).and_then(|ground| {
-                Caustics::build(set.heights, world.water, ground, world.light, world.index)
-            });
-            report.stages.push(("caustics", start.elapsed().as_secs_f64()));
-            let tracer = Tracer {
-                world,
-                settings,
-                caustics: caustics.as_ref(),
-                sun_point: [0.0; 2],
-                rays: 0,
-            };
-            draw(set, &tracer, report)
-        })
+    ) -> Result<(), RenderError> {
+        let (settings, world) = (self.settings, &set.world);
+        let start = Instant::now();
+        let caustics = world
+            .ground
+            .filter(|_| settings.caustics && self.photons.is_none())
+            .and_then(|ground| Caustics::build(set.heights, world.water, ground, world.light, world.index));
+        report.stages.push(("caustics", start.elapsed().as_secs_f64()));
+        let tracer = Tracer {
+            world,
+            settings,
+            caustics: caustics.as_ref(),
+            photons: self.photons,
+            sun_point: [0.0; 2],
+            rays: 0,
+        };
+        let start = Instant::now();
+        let rays = AtomicU64::new(0);
+        image.size = view.size;
+        let (lens, samples) = (&set.lens, view.samples);
+        let spread = (0.5 * lens.pixel_angle / f64::from(samples).sqrt()) as f32;
+        tiles::render(
+            view.size,
+            progress,
+            || tracer,
+            |tracer, x, y| {
+                let mut sum = Vec3::ZERO;
+                let pixel = Pixel::new(self.seed, x, y, samples);
+                for k in 0..samples {
+                    let (at, sun_point) = pixel.sample(k);
+                    tracer.sun_point = sun_point;
+                    let direction = lens.direction(f64::from(x) + at[0], f64::from(y) + at[1]);
+                    sum += tracer.radiance(Path {
+                        ray: Ray {
+                            origin: lens.eye,
+                            direction,
+                        },
+                        medium: set.medium,
+                        width: 0.0,
+                        spread,
+                        interfaces: 0,
+                        weight: 1.0,
+                    });
+                }
+                sum / samples as f32
+            },
+            |tracer| {
+                rays.fetch_add(tracer.rays, Ordering::Relaxed);
+            },
+            &mut image.pixels,
+        )?;
+        report.rays += rays.into_inner();
+        report.stages.push(("rays", start.elapsed().as_secs_f64()));
+        Ok(())
     }
 }
 
@@ -135,46 +185,13 @@ impl Renderer for Whitted {
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<RenderReport, RenderError> {
         let mut report = RenderReport::default();
-        let seed = scene.description.seed;
-        self.with_tracer(scene, frame, view, &mut report, |set, tracer, report| {
-            let start = Instant::now();
-            let rays = AtomicU64::new(0);
-            image.size = view.size;
-            let (lens, samples) = (&set.lens, view.samples);
-            let spread = (0.5 * lens.pixel_angle / f64::from(samples).sqrt()) as f32;
-            tiles::render(
-                view.size,
-                progress,
-                || *tracer,
-                |tracer, x, y| {
-                    let mut sum = Vec3::ZERO;
-                    let pixel = Pixel::new(seed, x, y, samples);
-                    for k in 0..samples {
-                        let (at, sun_point) = pixel.sample(k);
-                        tracer.sun_point = sun_point;
-                        let direction = lens.direction(f64::from(x) + at[0], f64::from(y) + at[1]);
-                        sum += tracer.radiance(Path {
-                            ray: Ray {
-                                origin: lens.eye,
-                                direction,
-                            },
-                            medium: set.medium,
-                            width: 0.0,
-                            spread,
-                            interfaces: 0,
-                            weight: 1.0,
-                        });
-                    }
-                    sum / samples as f32
-                },
-                |tracer| {
-                    rays.fetch_add(tracer.rays, Ordering::Relaxed);
-                },
-                &mut image.pixels,
-            )?;
-            report.rays = rays.into_inner();
-            report.stages.push(("rays", start.elapsed().as_secs_f64()));
-            Ok(())
+        let drawing = Drawing {
+            settings: &self.settings,
+            seed: scene.description.seed,
+            photons: None,
+        };
+        self.stage.with(scene, frame, view, &mut report, |set, report| {
+            drawing.draw(set, view, image, progress, report)
         })?;
         Ok(report)
     }

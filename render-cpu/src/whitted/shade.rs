@@ -40,21 +40,30 @@ impl Tracer<'_> {
                 irradiance += sun.irradiance * cos;
             }
         }
-        irradiance
+        irradiance + self.photons.map_or(Vec3::ZERO, |maps| maps.above(matt))
     }
 
     fn irradiance_in_water(&mut self, matt: &Matt) -> Vec3 {
         let (light, volume) = (self.world.light, self.world.volume);
         let depth = self.world.depth(matt.position).max(0.0) as f32;
         let sky = light.entering * light.sky.irradiance(Vec3::Y) * volume.diffuse_transmittance(depth);
+        let strength = light.beam.map(|beam| {
+            let path = depth / beam.direction.y;
+            (beam, path, beam.irradiance * volume.transmittance(path))
+        });
+        // Light that the bottom sends up is partly reflected back by the surface: the sum of the series.
+        let back = (1.0 - light.entering) * matt.albedo * volume.transmittance(2.0 * DIFFUSE_PATH * depth);
+        let level = sky + strength.map_or(Vec3::ZERO, |(beam, _, strength)| strength * beam.direction.y);
+        let sent_back = back / (1.0 - back).max(Vec3::splat(1e-3)) * level;
+
+        if let Some((maps, irradiance)) = self.photons.and_then(|maps| Some((maps, maps.below(matt)?))) {
+            let more = if maps.sent_back() { Vec3::ZERO } else { sent_back };
+            return irradiance * self.lean(matt) + more;
+        }
         // What faces down or sideways sees the lit bottom as far as it does not see the surface.
         let up = 0.5 * (1.0 + matt.normal.y);
         let mut irradiance = sky * (up + (1.0 - up) * matt.albedo) * matt.open;
-        let mut level = sky;
-        if let Some(beam) = &light.beam {
-            let path = depth / beam.direction.y;
-            let strength = beam.irradiance * volume.transmittance(path);
-            level += strength * beam.direction.y;
+        if let Some((beam, path, strength)) = strength {
             let cos = match self.caustics.filter(|_| matt.caustics) {
                 Some(map) => {
                     let share = map.at(in_plan(matt.position).as_vec2());
@@ -67,9 +76,16 @@ impl Tracer<'_> {
                 irradiance += strength * cos;
             }
         }
-        // Light that the bottom sends up is partly reflected back by the surface: the sum of the series.
-        let back = (1.0 - light.entering) * matt.albedo * volume.transmittance(2.0 * DIFFUSE_PATH * depth);
-        irradiance + back / (1.0 - back).max(Vec3::splat(1e-3)) * level
+        irradiance + sent_back
+    }
+
+    /// By how much more the sun's beam falls on the detail of a surface than on the surface itself.
+    fn lean(&self, matt: &Matt) -> f32 {
+        let Some(beam) = self.world.light.beam else {
+            return 1.0;
+        };
+        let even = matt.geometric.as_vec3().dot(beam.direction).max(0.2);
+        (matt.normal.dot(beam.direction) / even).clamp(0.0, 2.0)
     }
 
     fn shadowed(&mut self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {

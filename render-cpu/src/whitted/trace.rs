@@ -3,6 +3,7 @@
 use super::Settings;
 use super::caustics::Caustics;
 use crate::caster::Ray;
+use crate::photon::Maps;
 use crate::stage::air;
 use crate::stage::interface::{FOAM_ALBEDO, Interface};
 use crate::stage::light::Disc;
@@ -35,6 +36,8 @@ pub(super) struct Tracer<'a> {
     pub(super) settings: &'a Settings,
     /// Sunlight that waves focus on the ground, where there is any.
     pub(super) caustics: Option<&'a Caustics>,
+    /// Light that was followed through the water, where it was.
+    pub(super) photons: Option<&'a Maps>,
     /// Point of the sun's disc that shadow rays of the present sample aim at.
     pub(super) sun_point: [f32; 2],
     /// Rays cast so far.

@@ -140,6 +140,8 @@ struct Port {
     direction: DVec2,
     /// Angle to the neighbours' directions, radians.
     angle: f64,
+    /// The side of the silhouette that it stands on.
+    side: usize,
     /// Length of the silhouette that it stands for, metres.
     length: f64,
     /// Volume to send off, m³.
@@ -176,7 +178,7 @@ fn merged(hull: &[DVec2], close: f64, flat: f64) -> Vec<DVec2> {
 }
 
 /// Places around a silhouette, about `spacing` apart. Directions turn evenly along each side from the bisector at one end
-/// to the bisector at the other, so that together they cover the full circle.
+/// to the bisector at the other, so that together they cover the full circle; `aim` divides the turn by what leaves the side.
 fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
     let n = hull.len();
     if n < 3 {
@@ -188,6 +190,7 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
                 place: middle,
                 direction: DVec2::from_angle(angle * (k as f64 + 0.5)),
                 angle,
+                side: 0,
                 length: 0.0,
                 volume: 0.0,
             })
@@ -215,12 +218,47 @@ fn ports(hull: &[DVec2], spacing: f64) -> Vec<Port> {
                 place: a + share * (b - a),
                 direction: DVec2::from_angle(first + share * (last - first)),
                 angle: (last - first).clamp(0.0, PI) / parts,
+                side: k,
                 length: length / parts,
                 volume: 0.0,
             });
         }
     }
     out
+}
+
+/// Turns the directions along each side by the volume that leaves it in place of by its length, between the same ends:
+/// `given` holds what every port gives when the object is pressed straight down. Equal angles then hold equal volumes and a
+/// heaving box makes round rings; by length, the middle of a side, which is nearest to the water under the box, would send
+/// a quarter more into its angle than the ends.
+fn aim(ports: &mut [Port], given: &[f64]) {
+    let mut from = 0;
+    while from < ports.len() {
+        let side = ports[from].side;
+        let to = from + ports[from..].iter().take_while(|p| p.side == side).count();
+        let whole: f64 = given[from..to].iter().sum();
+        if whole > 0.0 && whole.is_finite() {
+            let turn = ports[from].angle * (to - from) as f64;
+            let mut angle = ports[from].direction.to_angle() - 0.5 * ports[from].angle;
+            for (port, volume) in ports[from..to].iter_mut().zip(&given[from..to]) {
+                port.angle = turn * volume / whole;
+                port.direction = DVec2::from_angle(angle + 0.5 * port.angle);
+                angle += port.angle;
+            }
+        }
+        from = to;
+    }
+}
+
+/// What every port gives when the object is pressed straight down, whichever way its faces look.
+fn given_by_heave(shape: &Submerged, ports: &[Port]) -> Vec<f64> {
+    let mut pressed = ports.to_vec();
+    for &(area, centroid) in &shape.faces {
+        if area.y != 0.0 {
+            spread(area.y.abs(), DVec2::new(centroid.x, centroid.z), &mut pressed);
+        }
+    }
+    pressed.iter().map(|p| p.volume).collect()
 }
 
 /// How objects make waves.
@@ -264,6 +302,10 @@ impl Wake {
         };
         let silhouette = hull(shape.plan.clone());
         let mut ports = ports(&silhouette, course.split * self.radius);
+        if silhouette.len() >= 3 {
+            let given = given_by_heave(shape, &ports);
+            aim(&mut ports, &given);
+        }
         ports.retain(|p| course.is_water(p.place));
         if ports.is_empty() {
             return displaced;
