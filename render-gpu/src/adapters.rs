@@ -35,7 +35,7 @@ pub enum DeviceError {
 
 /// The process's one connection to its drivers. Some drivers allow only some thirty in a process and give them back late,
 /// so each renderer cannot have its own.
-pub(crate) fn instance() -> &'static wgpu::Instance {
+fn instance() -> &'static wgpu::Instance {
     static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
     INSTANCE.get_or_init(|| wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle()))
 }

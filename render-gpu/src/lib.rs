@@ -41,8 +41,6 @@ mod parity;
 mod pipelines;
 #[cfg(feature = "wgpu")]
 mod planned;
-#[cfg(all(test, feature = "wgpu"))]
-mod probe;
 #[cfg(feature = "wgpu")]
 mod renderer;
 #[cfg(feature = "wgpu")]

@@ -181,7 +181,7 @@ fn the_broad_phase_is_exact_at_vertices() {
             for y in [1e-4, 0.2, 1.5] {
                 points.push(DVec3::new(across[0], other * y, across[1]));
             }
-            points.push(DVec3::new(3.0, other * 1.5 * v, 4.0 * u - 2.0));
+            points.push(DVec3::new(3.0, other * (1.5 * v).max(1e-4), 4.0 * u - 2.0));
         }
         let stage = StageUniform {
             eye: eye.as_vec3().to_array(),

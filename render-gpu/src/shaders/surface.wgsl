@@ -14,7 +14,7 @@ const GLASS_MESH: u32 = 1u;
 
 struct SurfaceCorner {
     @builtin(position) clip: vec4f,
-    @location(0) @interpolate(perspective, centroid) position: vec3f,
+    @location(0) position: vec3f,
 }
 
 fn corner_of_square(k: u32) -> vec2u {
@@ -72,6 +72,12 @@ fn look(on_mesh: vec3f) -> Looked {
     if which.kind == WATER_MESH {
         p.y = field_height(WATER_FIELD, p.xz);
     }
+    // Triangles of deck and wall leave cracks between them: no water is behind those.
+    let within = within_sides(p);
+    if which.kind == WATER_MESH {
+        // Rays that start on a wall would begin behind it by a rounding.
+        p = inside_walls(p);
+    }
     let to = p - stage.eye;
     let distance = length(to);
     let d = to / distance;
@@ -87,8 +93,7 @@ fn look(on_mesh: vec3f) -> Looked {
     if !glass {
         foam = foam_cover(p.xz);
     }
-    // Triangles of deck and wall leave cracks between them: no water is behind those.
-    if !within_sides(p) {
+    if !within {
         foam = -1.0;
     }
     return Looked(p, d, distance, water_interface(d, p, normal, glass), foam);

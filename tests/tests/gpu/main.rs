@@ -6,6 +6,5 @@ mod caustics;
 mod foreign;
 mod frames;
 mod pruning;
-mod scratch;
 mod support;
 mod truth;

@@ -23,7 +23,7 @@ fn apparent(p: vec3f) -> vec3f {
     var high = d;
     if i < 1.0 {
         // Under water: no light comes through the surface from beyond the critical angle, nor farther back from the point than
-        // at the angle of the straight line. Without these bounds points close to the surface take hundreds of steps.
+        // at the angle of the straight line. Without these bounds points close to the surface take more steps.
         let sine = d / sqrt(a * a + d * d) / i;
         high = min(d, a * i / sqrt(1.0 - i * i));
         if sine < 1.0 {

@@ -105,9 +105,17 @@ fn vertex_of(k: u32) -> Vertex {
 
 struct Corner {
     @builtin(position) clip: vec4f,
-    @location(0) @interpolate(perspective, centroid) position: vec3f,
-    @location(1) @interpolate(perspective, centroid) normal: vec3f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
     @location(2) color: vec3f,
+}
+
+// The place of a fragment. Points of walls lie beyond the water's grid by a rounding, where its level of rest would stand for waves.
+fn fragment_place(p: vec3f) -> vec3f {
+    if which.kind == WALL_MESH {
+        return inside_walls(p);
+    }
+    return p;
 }
 
 fn is_in_water(p: vec3f) -> bool {
