@@ -48,6 +48,7 @@ pieces! {
     Light = "shared/light.wgsl",
     Ground = "shared/ground.wgsl",
     Edges = "shared/edges.wgsl",
+    Bounds = "shared/bounds.wgsl",
     Solids = "shared/solids.wgsl",
     SolidsNone = "shared/solids_none.wgsl",
     Spray = "shared/spray.wgsl",

@@ -225,7 +225,7 @@ fn refraction(size: UVec2, frames: u32) -> anyhow::Result<()> {
                 line(technique.name(), &t);
                 times.push((technique, t.total));
             }
-            let mut variant = |label: &str, change: &dyn Fn(&mut Settings)| -> anyhow::Result<f64> {
+            let variant = |label: &str, change: &dyn Fn(&mut Settings)| -> anyhow::Result<f64> {
                 let mut settings = settings(Technique::TwoPhase, plain);
                 change(&mut settings);
                 let t = time(&mut GpuRenderer::new(settings), &scene, &frame, &view, frames)?;

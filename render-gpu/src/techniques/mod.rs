@@ -72,6 +72,11 @@ pub fn scene_pieces(facts: &Facts, settings: &Settings) -> Vec<Piece> {
         choose(facts.sky.is_some(), Piece::SkyPicture, Piece::SkyUniform),
         Piece::Ground,
         Piece::Edges,
+    ]);
+    if facts.objects > 0 || facts.spray {
+        pieces.push(Piece::Bounds);
+    }
+    pieces.extend([
         choose(facts.objects > 0, Piece::Solids, Piece::SolidsNone),
         choose(facts.spray, Piece::Spray, Piece::SprayNone),
         choose(facts.foam > 0, Piece::Foam, Piece::FoamNone),

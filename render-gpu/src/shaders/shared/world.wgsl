@@ -100,13 +100,8 @@ fn matt_of(hit: Hit, p: vec3f, d: vec3f, width: f32, medium: u32) -> Matt {
     if hit.kind == GROUND {
         return ground_matt(p, hit.normal, d, width, medium);
     }
-    var at = p;
-    if hit.kind == WALL && hit.normal.y == 0.0 {
-        // By a rounding beyond the water's grid its level of rest would stand for waves.
-        at = inside_walls(p);
-    }
     let away = select(1.0, -1.0, hit.kind == SOLID && dot(hit.normal, d) > 0.0);
-    return Matt(at, away * hit.normal, away * hit.shading, hit.color, 1.0, stage.hair, false, medium);
+    return Matt(p, away * hit.normal, away * hit.shading, hit.color, 1.0, stage.hair, false, medium);
 }
 
 fn lit(matt: Matt) -> vec3f {
