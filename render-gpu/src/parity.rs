@@ -1,4 +1,5 @@
 //! Formulas on both kinds of processor: the shaders' optics against `sim/src/optics.rs` on one table.
+#![allow(clippy::unwrap_used)] // a test may panic
 
 use crate::device::Gpu;
 use crate::executor::read_buffer;
