@@ -21,6 +21,7 @@ mod validate;
 
 pub use fault::ReadError;
 pub(crate) use fault::{Fault, display_fault, read_file, read_text};
+#[cfg(feature = "shallow-water")]
 pub(crate) use moving_ground::{along, hump};
 pub use problem::{Problem, SceneError};
 pub use sky::SkyError;
