@@ -128,10 +128,15 @@ impl Held {
             ..RenderReport::default()
         };
         let start = Instant::now();
-        let fingerprint = stage::fingerprint(order.scene);
+        let scene = order.scene.at(order.frame.time);
+        let order = &Order {
+            scene: &scene,
+            ..*order
+        };
+        let fingerprint = stage::fingerprint(&scene);
         let known = self.fixed.take().filter(|f| f.fingerprint == fingerprint);
         let new_scene = known.is_none();
-        let fixed = known.unwrap_or_else(|| Fixed::new(order.scene, fingerprint));
+        let fixed = known.unwrap_or_else(|| Fixed::new(&scene, fingerprint));
         report.stages.push(("scene", start.elapsed().as_secs_f64()));
         let read = self.draw_scene(order, &fixed, new_scene, settings, &mut report)?;
         // Not after an error: what is on the device may then be half of a scene.
