@@ -14,6 +14,7 @@ mod report;
 mod schema;
 mod series;
 mod sky;
+mod sky_layout;
 mod suggest;
 mod units;
 mod validate;
