@@ -399,6 +399,8 @@ fn assemble(
         }
         if let Some(color) = object.color {
             mesh.base_color = color;
+            mesh.materials.clear();
+            mesh.material_of.clear();
         }
         if usable(report, &key)
             && let Err(e) = mesh.validate()

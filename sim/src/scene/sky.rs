@@ -113,15 +113,6 @@ fn check_windows(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// IEC 61966-2-1.
-fn linear_of_srgb(c: f32) -> f32 {
-    if c <= 0.040_45 {
-        c / 12.92
-    } else {
-        ((c + 0.055) / 1.055).powf(2.4)
-    }
-}
-
 impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
@@ -152,7 +143,13 @@ impl Panorama {
         reader.limits(limits);
         let picture = reader.decode().map_err(|e| fail(&e))?.into_rgb32f();
         let size = UVec2::new(picture.width(), picture.height());
-        let of_srgb = |c: f32| if linear { c } else { linear_of_srgb(c) };
+        let of_srgb = |c: f32| {
+            if linear {
+                c
+            } else {
+                crate::optics::linear_of_srgb(c)
+            }
+        };
         let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0.map(of_srgb))).collect();
         // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
         // fifth of the sun's own value.

@@ -60,7 +60,14 @@ impl Study for LightStudy {
 }
 
 /// A scene over `grid` with a level floor and clear water.
-fn pool(grid: GridSpec, edges: Edges, depth: f32, elevation: f32, radius: f32, sky: f32) -> anyhow::Result<Scene> {
+fn pool(
+    grid: GridSpec,
+    edges: Edges,
+    depth: f32,
+    elevation: f32,
+    radius: f32,
+    sky: f32,
+) -> anyhow::Result<Scene> {
     let solver = Solver::Procedural(Procedural {
         spacing: grid.spacing,
         depth: None,
@@ -180,9 +187,7 @@ fn wave(quick: bool) -> anyhow::Result<Case> {
     let mut scene = pool(grid, Edges::Periodic, depth as f32, 90.0, 0.001, 0.0)?;
     scene.description.water.index = index as f32;
     let mut frame = Frame::new(grid);
-    frame.elevation = Grid::from_fn(grid, |i, _| {
-        (amplitude * (k * spacing * i as f64).cos()) as f32
-    });
+    frame.elevation = Grid::from_fn(grid, |i, _| (amplitude * (k * spacing * i as f64).cos()) as f32);
     let truth = Arc::new(focused(amplitude, k, depth, index, count));
     let (scene, frame) = (Arc::new(scene), Arc::new(frame));
     let mut runs = Vec::new();
