@@ -156,6 +156,7 @@ fn models_may_have_triangles_without_area_and_textures() {
             texels: vec![[255, 0, 0], [0, 255, 0]],
             wrap: [Wrap::Clamp; 2],
         }),
+        shine: None,
     }];
     card.material_of = vec![0; 5];
     card.validate().expect("a whole mesh");

@@ -92,7 +92,7 @@ fn an_apng_has_its_frames_its_rate_and_exactly_its_colours() {
         assert!(apng.push(&Image::new(UVec2::splat(3)), &map).is_err());
         apng.finish().unwrap();
         let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
-        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut reader = ::png::Decoder::new(file).read_info().unwrap();
         assert_eq!(reader.info().animation_control().unwrap().num_frames, pushed);
         for k in 0..pushed {
             let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

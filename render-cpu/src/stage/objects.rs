@@ -3,7 +3,7 @@
 use crate::caster::Ray;
 use glam::{DMat3, DVec3, Vec2, Vec3, Vec3A};
 use meniscus_sim::frame::Frame;
-use meniscus_sim::mesh::{Material, TriangleMesh};
+use meniscus_sim::mesh::{Material, Shine, TriangleMesh};
 use meniscus_sim::scene::Scene;
 use meniscus_sim::scene::description::Shape;
 use meniscus_sim::stage::objects::standing;
@@ -20,7 +20,12 @@ pub(crate) struct ObjectHit {
     pub(crate) normal: DVec3,
     pub(crate) shading: DVec3,
     pub(crate) color: Vec3,
+    /// Gloss over the colour, of models that have one.
+    pub(crate) shine: Option<Shine>,
 }
+
+/// Colour and gloss of a point.
+type Look = (Vec3, Option<Shine>);
 
 /// A triangle mesh ready for rays, in its own axes.
 pub(crate) struct Model {
@@ -102,7 +107,7 @@ impl Model {
 
     /// First triangle that a ray in the model's axes meets: `(t, geometric normal, interpolated normal)`, and its colour
     /// where it has one of its own.
-    fn cast(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, DVec3, DVec3, Option<Vec3>)> {
+    fn cast(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, DVec3, DVec3, Option<Look>)> {
         // The hierarchy works in f32 and only finds candidates: its boxes are widened by the ray's rounding.
         let mut best: Option<(f64, usize)> = None;
         let mut limit = t_max;
@@ -136,7 +141,8 @@ impl Model {
         let face = face.normalize();
         let color = self.looks.get(k).and_then(|(material, uv)| {
             let at = (1.0 - w1 - w2) as f32 * uv[0] + w1 as f32 * uv[1] + w2 as f32 * uv[2];
-            Some(self.materials.get(usize::from(*material))?.color_at(at))
+            let material = self.materials.get(usize::from(*material))?;
+            Some((material.color_at(at), material.shine))
         });
         Some((t, face, smooth.try_normalize().unwrap_or(face), color))
     }
@@ -238,7 +244,7 @@ impl Placed {
         }
         let o = self.body_from_world * -to;
         let d = self.body_from_world * ray.direction;
-        let mut color = self.color;
+        let (mut color, mut shine) = (self.color, None);
         let (t, normal, shading) = match &self.geometry {
             Geometry::Sphere { radius } => {
                 let t = sphere(o, d, *radius)?;
@@ -255,7 +261,7 @@ impl Placed {
             }
             Geometry::Model(model) => {
                 let (t, normal, shading, own) = model.cast(o, d, t_max)?;
-                color = own.unwrap_or(color);
+                (color, shine) = own.unwrap_or((color, shine));
                 (t, normal, shading)
             }
         };
@@ -264,6 +270,7 @@ impl Placed {
             normal: self.world_from_body * normal,
             shading: self.world_from_body * shading,
             color,
+            shine,
         })
     }
 }

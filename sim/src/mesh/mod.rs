@@ -7,7 +7,7 @@ mod primitives;
 mod texture;
 
 pub use model::{MeshError, MeshErrorKind, load_gltf};
-pub use texture::{Material, Texture, Wrap};
+pub use texture::{Material, Shine, Texture, Wrap};
 
 use glam::{Vec2, Vec3};
 

@@ -9,6 +9,8 @@ pub struct Material {
     pub color: Vec3,
     /// A picture of the base colour, read at the mesh's texture coordinates.
     pub texture: Option<Texture>,
+    /// Gloss over the base colour; `None` for a matt one.
+    pub shine: Option<Shine>,
 }
 
 impl Material {
@@ -28,6 +30,15 @@ impl Material {
         let sum: Vec3 = texture.texels.iter().map(|t| linear_of(*t)).sum();
         self.color * sum / texture.texels.len().max(1) as f32
     }
+}
+
+/// A gloss, in the terms of glTF 2.0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shine {
+    /// Roughness, 0 (a mirror) to 1; its square is GGX's α.
+    pub roughness: f32,
+    /// 0 for a clear coat, 1 for a metal, whose reflection has the base colour.
+    pub metallic: f32,
 }
 
 /// What is beyond the border of a texture.
@@ -118,6 +129,7 @@ mod tests {
                 texels: vec![grey(188)],
                 wrap: [Wrap::Repeat; 2],
             }),
+            shine: None,
         };
         assert!((half.color_at(Vec2::splat(f32::NAN)) - Vec3::new(0.5, 0.25, 0.0)).length() < 5e-3);
         assert_eq!(half.mean(), half.color_at(Vec2::ZERO));

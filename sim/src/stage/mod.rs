@@ -55,7 +55,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
         mesh.triangles.hash(&mut hasher);
         mesh.material_of.hash(&mut hasher);
         for material in &mesh.materials {
-            hasher.write(bytemuck::bytes_of(&material.color));
+            format!("{:?}{:?}", material.color, material.shine).hash(&mut hasher);
             if let Some(texture) = &material.texture {
                 hasher.write(texture.texels.as_flattened());
             }

@@ -21,7 +21,7 @@ use meniscus_sim::render::{Image, RenderError, RenderReport, Renderer, View};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What `meniscus help render` says first.
 pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
@@ -107,6 +107,15 @@ pub struct Drawn {
     pub time: f64,
 }
 
+/// A stage of drawing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// What was done.
+    pub name: &'static str,
+    /// Wall seconds, or those of the graphics adapter where it tells.
+    pub seconds: f64,
+}
+
 /// What drawing gave and cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rendered {
@@ -128,6 +137,8 @@ pub struct Rendered {
     pub skipped: Vec<u64>,
     /// Rays cast.
     pub rays: u64,
+    /// Seconds of each stage of all pictures together, in order: reading (or running) frames, the renderer's own, writing.
+    pub stages: Vec<Stage>,
     /// Processor and wall seconds, a live run included.
     #[serde(flatten)]
     pub cost: Cost,
@@ -268,6 +279,7 @@ impl<'a> Job<'a> {
             pictures: Vec::new(),
             skipped: Vec::new(),
             rays: 0,
+            stages: Vec::new(),
             cost: stopwatch.cost(),
         };
         let outcome = self.draw_all(&mut pictures, &mut rendered, console, interrupt);
@@ -292,6 +304,7 @@ impl<'a> Job<'a> {
         console: &Console,
         interrupt: Interrupt,
     ) -> Result<(), Failure> {
+        let args = self.args;
         let mut frame = Frame::new(self.frames.scene().grid);
         let mut image = Image::new(self.view.size);
         let total = self.wanted.end - self.wanted.start;
@@ -301,13 +314,16 @@ impl<'a> Job<'a> {
         };
         let mut drawing = None;
         for index in self.wanted.clone() {
-            let stopped = || Failure::Interrupted(kept(rendered.pictures.len(), total, &self.args.out));
+            let stopped = || Failure::Interrupted(kept(rendered.pictures.len(), total, &args.out));
             let stepped = |done| {
                 if let Some(running) = &running {
                     running.set(done as f64);
                 }
             };
-            match self.frames.read(index, &mut frame, interrupt, stepped) {
+            let reading = Instant::now();
+            let read = self.frames.read(index, &mut frame, interrupt, stepped);
+            let read_seconds = reading.elapsed().as_secs_f64();
+            match read {
                 Ok(true) => {}
                 Ok(false) => return Err(stopped()),
                 Err(FrameError::Damaged(what)) if total > 1 => {
@@ -334,7 +350,9 @@ impl<'a> Job<'a> {
             if let Some(samples) = picture.samples {
                 (rendered.samples, rendered.noise) = (samples, picture.noise);
             }
+            let writing = Instant::now();
             let file = pictures.write(&image, index, &picture.extras)?;
+            let written_seconds = writing.elapsed().as_secs_f64();
             if picture.interrupted {
                 return Err(Failure::Interrupted(format!(
                     "{} holds {} a pixel; --resume draws on",
@@ -344,7 +362,12 @@ impl<'a> Job<'a> {
             }
             rendered.rays += report.rays;
             rendered.device = report.device;
-            for (stage, seconds) in report.stages {
+            let stages = [("read", read_seconds)]
+                .into_iter()
+                .chain(report.stages)
+                .chain([("written", written_seconds)]);
+            for (stage, seconds) in stages {
+                rendered.add(stage, seconds);
                 console.detail(format!(
                     "frame {index}: {stage} took {}",
                     format::seconds(seconds)
@@ -443,6 +466,13 @@ fn kept(written: usize, total: u64, out: &Path) -> String {
 }
 
 impl Rendered {
+    fn add(&mut self, name: &'static str, seconds: f64) {
+        match self.stages.iter_mut().find(|stage| stage.name == name) {
+            Some(stage) => stage.seconds += seconds,
+            None => self.stages.push(Stage { name, seconds }),
+        }
+    }
+
     /// For people.
     pub fn text(&self) -> String {
         let [width, height] = self.size;

@@ -30,7 +30,7 @@ const MAX_DEPTH: u32 = 64;
 ///
 /// Vertices of primitives without normals are doubled so that their faces are flat, as glTF prescribes. The base
 /// colour is that of the primitive with the most triangles, of a texture its mean. Skins, morph targets and all of materials
-/// but base colours and their textures are left out.
+/// but base colours, their textures and a gloss (roughness below 1) are left out.
 ///
 /// # Errors
 /// [`MeshError`]

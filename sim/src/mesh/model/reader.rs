@@ -182,7 +182,9 @@ impl<'a> Reader<'a> {
                 material.texture = None;
             }
         }
-        let plain = |m: &crate::mesh::Material| m.texture.is_none() && m.color == mesh.base_color;
+        let plain = |m: &crate::mesh::Material| {
+            m.texture.is_none() && m.shine.is_none() && m.color == mesh.base_color
+        };
         if mesh.materials.iter().all(plain) {
             mesh.materials.clear();
             mesh.material_of.clear();

@@ -3,7 +3,7 @@
 use super::accessors::Accessors;
 use super::{Kind, MAX_BYTES, buffers};
 use crate::mesh::DEFAULT_COLOR;
-use crate::mesh::texture::{Material, Texture, Wrap};
+use crate::mesh::texture::{Material, Shine, Texture, Wrap};
 use glam::{UVec2, Vec3};
 use gltf::texture::WrappingMode;
 use image::ImageReader;
@@ -34,7 +34,21 @@ pub(super) fn material(
         .base_color_texture()
         .map(|info| texture(&info.texture(), data, base))
         .transpose()?;
-    Ok(Material { color, texture })
+    // Rough, which is also what a material that says nothing is, counts as matt.
+    let (roughness, metallic) = (look.roughness_factor(), look.metallic_factor());
+    let shine = (given && (0.0..1.0).contains(&roughness)).then_some(Shine {
+        roughness,
+        metallic: if metallic.is_finite() {
+            metallic.clamp(0.0, 1.0)
+        } else {
+            0.0
+        },
+    });
+    Ok(Material {
+        color,
+        texture,
+        shine,
+    })
 }
 
 fn texture(texture: &gltf::Texture<'_>, data: &Accessors, base: Option<&Path>) -> Result<Texture, Kind> {
