@@ -3,7 +3,7 @@
 mod common;
 
 use common::{draw, floor, frame, scene, square, view};
-use meniscus_render_cpu::renderers;
+use meniscus_render_cpu::{PhotonMapper, photon, renderers};
 use meniscus_sim::frame::Frame;
 use meniscus_sim::glam::{Quat, UVec2, Vec2, Vec3};
 use meniscus_sim::mesh::{Material, Texture, TriangleMesh, Wrap};
@@ -14,7 +14,16 @@ use meniscus_sim::{Grid, Scene};
 fn every() -> impl Iterator<Item = Box<dyn Renderer>> {
     renderers::available()
         .into_iter()
-        .map(|info| renderers::build(info.name).expect("a renderer that is listed"))
+        .map(|info| -> Box<dyn Renderer> {
+            if info.name == PhotonMapper::NAME {
+                // Fewer photons than by default: what is asked here does not hang on noise.
+                return Box::new(PhotonMapper::new(photon::Settings {
+                    photons: Some(4096),
+                    ..photon::Settings::default()
+                }));
+            }
+            renderers::build(info.name).expect("a renderer that is listed")
+        })
 }
 
 fn lit(n: u32, spacing: f32) -> Scene {
@@ -170,14 +179,15 @@ fn models_may_have_triangles_without_area_and_textures() {
         draw(renderer.as_mut(), &scene, &still, &down);
         scene.meshes = vec![card.clone()];
         let (image, _) = draw(renderer.as_mut(), &scene, &still, &down);
+        // Haze over four metres of air adds 1e-4 of blue.
         let (west, east) = (image.pixel(10, 16), image.pixel(22, 16));
         assert!(
-            west.x > 0.0 && west.y == 0.0 && west.z == 0.0,
+            west.x > 0.1 && west.y.max(west.z) < 1e-3 * west.x,
             "{}: {west}",
             renderer.name()
         );
         assert!(
-            east.y > 0.0 && east.x == 0.0 && east.z == 0.0,
+            east.y > 0.1 && east.x.max(east.z) < 1e-3 * east.y,
             "{}: {east}",
             renderer.name()
         );

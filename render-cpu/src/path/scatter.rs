@@ -182,8 +182,7 @@ mod tests {
         Vec3::new(angle.sin(), 0.0, angle.cos())
     }
 
-    /// No more light leaves than falls in, and of a white metal nearly all of it, but for what goes to and fro between
-    /// facets; chosen directions and even ones give the same sum, and the density integrates to at most one.
+    /// No more light leaves than falls in, and of smooth surfaces nearly all of it; chosen directions and even ones give the same sum, and the density integrates to at most one.
     #[test]
     fn it_sends_back_what_it_gets_and_chooses_as_it_says() {
         let n = 60_000;
@@ -215,11 +214,14 @@ mod tests {
                     let error = ((square / count - chosen * chosen) / count).sqrt();
                     let name = format!("roughness {roughness}, metallic {metallic}, {angle}");
                     assert!(chosen < 1.0 + 4.0 * error, "{name}: {chosen} ± {error}");
-                    assert!(chosen > 0.6, "{name}: {chosen}");
-                    assert!(all < 1.1, "{name}: density {all}");
+                    if roughness < 0.2 {
+                        // What goes to and fro between facets is lost: next to nothing here, over half at roughness 0.9.
+                        assert!(chosen > 0.9, "{name}: {chosen}");
+                    }
                     if roughness > 0.3 {
                         // The smooth one is met by too few even directions to tell.
                         assert!((chosen - even).abs() < 0.03, "{name}: {chosen} {even}");
+                        assert!(all < 1.03, "{name}: density {all}");
                     }
                 }
             }

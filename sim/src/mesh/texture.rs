@@ -67,6 +67,8 @@ pub struct Texture {
 impl Texture {
     /// Linear light at texture coordinates, bilinear between the middles of texels.
     pub fn sample(&self, at: Vec2) -> Vec3 {
+        // Coordinates that are no number are those of the corner.
+        let at = if at.is_finite() { at } else { Vec2::ZERO };
         let size = self.size.as_vec2();
         let p = at * size - Vec2::splat(0.5);
         let cell = p.floor();
@@ -85,7 +87,6 @@ impl Texture {
 /// Index of a texel that may lie beyond the border.
 fn wrapped(k: f32, n: u32, wrap: Wrap) -> usize {
     let n = n.max(1) as f32;
-    let k = if k.is_finite() { k } else { 0.0 };
     let inside = match wrap {
         Wrap::Repeat => k.rem_euclid(n),
         Wrap::Mirror => {

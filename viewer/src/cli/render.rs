@@ -439,7 +439,10 @@ impl Job<'_> {
         let (report, reached) =
             progressive::draw(renderer, subjects, goal, &mut passes, image, advance).map_err(failed)?;
         if self.format.kind == PictureKind::Exr {
-            (extras.attributes, extras.counts) = subject.keep(&passes);
+            extras = Extras {
+                planes: extras.planes,
+                ..subject.keep(&passes)
+            };
         } else if reached.interrupted {
             return Err(Failure::Interrupted(String::new()));
         }

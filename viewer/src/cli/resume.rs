@@ -1,6 +1,7 @@
 //! Pictures that can be drawn on: what an EXR keeps of its passes, to the last bit.
 
 use super::failure::Failure;
+use super::picture::Extras;
 use super::progressive::Passes;
 use meniscus_render_cpu::output::{self, ExrFile};
 use meniscus_sim::glam::DVec3;
@@ -68,10 +69,7 @@ impl Subject {
     }
 
     /// Attributes and channels that let a picture of these passes be drawn on.
-    pub(crate) fn keep(
-        &self,
-        passes: &Passes,
-    ) -> (Vec<(&'static str, String)>, Vec<(&'static str, Vec<u32>)>) {
+    pub(crate) fn keep(&self, passes: &Passes) -> Extras {
         let attributes = vec![
             (PASSES, passes.count.to_string()),
             (SAMPLES, self.samples.to_string()),
@@ -90,7 +88,11 @@ impl Subject {
             let shift = if k % 2 == 0 { 32 } else { 0 };
             (*name, half(values, k % 6 / 2, shift))
         });
-        (attributes, planes.collect())
+        Extras {
+            planes: Vec::new(),
+            counts: planes.collect(),
+            attributes,
+        }
     }
 
     /// The passes that a file holds; `None` if there is no such file.
@@ -189,12 +191,12 @@ mod tests {
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let (attributes, counts) = subject.keep(&passes);
+        let kept = subject.keep(&passes);
         let image = meniscus_sim::render::Image::new(meniscus_sim::glam::UVec2::new(2, 1));
         let extras = output::ExrExtras {
             channels: &[],
-            counts: &counts,
-            attributes: &attributes,
+            counts: &kept.counts,
+            attributes: &kept.attributes,
         };
         assert_eq!(subject.resume(&path).unwrap(), None);
         output::write_exr_with(&path, &image, &extras).unwrap();

@@ -117,7 +117,7 @@ fn still(quick: bool) -> anyhow::Result<Case> {
     let grid = GridSpec::new(Vec2::ZERO, 0.1, UVec2::splat(33))?;
     let scene = Arc::new(pool(grid, Edges::Open, DEPTH, 35.0, 0.2665, SKY)?);
     let n = f64::from(scene.description.water.index);
-    let (sin, cos) = (35.0_f64.to_radians().cos(), 35.0_f64.to_radians().sin());
+    let cos = 35.0_f64.to_radians().sin();
     let passed = f64::from(1.0 - fresnel(cos as f32, (1.0 / n) as f32));
     let sun = f64::from(SUN) * cos * passed;
     let sky = PI * f64::from(SKY) * f64::from(entering_share(n as f32)) * n * n;
