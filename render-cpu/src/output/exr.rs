@@ -11,6 +11,9 @@ use meniscus_sim::render::Image;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Name of the attribute of all attributes.
+const ATTRIBUTE: &str = "meniscus";
+
 /// One more channel of an EXR, of as many values as the picture has pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel<'a> {
@@ -27,7 +30,8 @@ pub struct ExrExtras<'a> {
     pub channels: &'a [Channel<'a>],
     /// Channels of 32-bit whole numbers: name and values, row-major from the top left.
     pub counts: &'a [(&'a str, Vec<u32>)],
-    /// Attributes of text: name and value.
+    /// What else is said of the picture: name and value, without `=` and line breaks in names. All of it becomes the one
+    /// attribute `meniscus`, a line each.
     pub attributes: &'a [(&'a str, String)],
 }
 
@@ -38,7 +42,7 @@ pub struct ExrFile {
     pub image: Image,
     /// Other channels of whole numbers, by name.
     pub counts: BTreeMap<String, Vec<u32>>,
-    /// Attributes of text, by name.
+    /// What is said in the attribute `meniscus`, by name.
     pub attributes: BTreeMap<String, String>,
 }
 
@@ -81,10 +85,15 @@ pub fn write_exr_with(path: &Path, image: &Image, extras: &ExrExtras<'_>) -> Res
         channels.push(AnyChannel::new(text(name)?, FlatSamples::U32(values.clone())));
     }
     let mut attributes = LayerAttributes::default();
-    for (name, value) in extras.attributes {
-        attributes
-            .other
-            .insert(text(name)?, AttributeValue::Text(text(value)?));
+    if !extras.attributes.is_empty() {
+        // One attribute for all: the order of several is not the same from run to run.
+        let lines: Vec<String> = extras
+            .attributes
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect();
+        let all = AttributeValue::Text(text(&lines.join("\n"))?);
+        attributes.other.insert(text(ATTRIBUTE)?, all);
     }
     let layer = Layer::new(
         (image.size.x as usize, image.size.y as usize),
@@ -146,10 +155,17 @@ pub fn read_exr(path: &Path) -> Result<ExrFile, OutputError> {
     if colours != 3 || !found.image.pixels.iter().all(|p: &Vec3| p.is_finite()) {
         return Err(fail("it has no finite 32-bit channels R, G and B".to_owned()));
     }
-    for (name, value) in layer.attributes.other {
-        if let AttributeValue::Text(text) = value {
-            found.attributes.insert(name.to_string(), text.to_string());
-        }
+    let all = layer
+        .attributes
+        .other
+        .into_iter()
+        .find(|(name, _)| name.to_string() == ATTRIBUTE);
+    if let Some((_, AttributeValue::Text(lines))) = all {
+        let lines = lines.to_string();
+        let pairs = lines.lines().filter_map(|line| line.split_once('='));
+        found.attributes = pairs
+            .map(|(name, value)| (name.to_owned(), value.to_owned()))
+            .collect();
     }
     Ok(found)
 }

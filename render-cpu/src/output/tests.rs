@@ -117,7 +117,7 @@ fn an_exr_gives_back_counts_and_attributes() {
     let path = folder.path().join("a.exr");
     let image = gradient(UVec2::new(5, 3), 1.0);
     let counts = [("state.n", (0..15_u32).map(|k| u32::MAX - k).collect::<Vec<_>>())];
-    let attributes = [("meniscus.seed", u64::MAX.to_string())];
+    let attributes = [("seed", u64::MAX.to_string()), ("passes", "7".to_owned())];
     let extras = ExrExtras {
         channels: &[],
         counts: &counts,
@@ -127,7 +127,8 @@ fn an_exr_gives_back_counts_and_attributes() {
     let read = read_exr(&path).unwrap();
     assert_eq!(read.image, image);
     assert_eq!(read.counts["state.n"], counts[0].1);
-    assert_eq!(read.attributes["meniscus.seed"], attributes[0].1);
+    assert_eq!(read.attributes["seed"], attributes[0].1);
+    assert_eq!(read.attributes["passes"], "7");
     std::fs::write(&path, [0; 100]).unwrap();
     assert!(read_exr(&path).unwrap_err().to_string().contains("cannot decode"));
     let gone = read_exr(&folder.path().join("gone.exr")).unwrap_err();

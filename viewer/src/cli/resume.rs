@@ -12,15 +12,15 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::Path;
 
 /// Attribute: passes drawn.
-const PASSES: &str = "meniscus.passes";
+const PASSES: &str = "passes";
 /// Attribute: samples a pixel of each pass.
-const SAMPLES: &str = "meniscus.samplesPerPass";
+const SAMPLES: &str = "samples-a-pass";
 /// Attribute: seed of the scene.
-const SEED: &str = "meniscus.seed";
+const SEED: &str = "seed";
 /// Attribute: renderer.
-const RENDERER: &str = "meniscus.renderer";
+const RENDERER: &str = "renderer";
 /// Attribute: changes with anything that the picture is of.
-const SUBJECT: &str = "meniscus.subject";
+const SUBJECT: &str = "subject";
 /// Channels of the halves of each mean and each squared deviation; a double-precision number is two of 32 bits.
 const STATE: [&str; 12] = [
     "state.mean.R.high",
