@@ -159,7 +159,7 @@ pub fn read_exr(path: &Path) -> Result<ExrFile, OutputError> {
         .attributes
         .other
         .into_iter()
-        .find(|(name, _)| name.to_string() == ATTRIBUTE);
+        .find(|(name, _)| *name == *ATTRIBUTE);
     if let Some((_, AttributeValue::Text(lines))) = all {
         let lines = lines.to_string();
         let pairs = lines.lines().filter_map(|line| line.split_once('='));
