@@ -76,6 +76,7 @@ impl Stage {
         let mut lens = Lens::new(view)?;
         frame.check_finite()?;
         let start = Instant::now();
+        let scene = &*scene.at(frame.time);
         let fingerprint = fingerprint(scene);
         if self.fixed.as_ref().is_none_or(|f| f.fingerprint != fingerprint) {
             self.fixed = Some(Fixed::build(scene, fingerprint)?);

@@ -38,6 +38,8 @@ mod sph;
 mod stability;
 #[cfg(test)]
 mod subset;
+#[cfg(feature = "gpu")]
+pub mod tiled_pool;
 mod truth;
 mod wave_equation;
 #[cfg(feature = "wave-particles")]
