@@ -199,6 +199,13 @@ impl Draw {
                 sun: Some(self.sun()),
                 sky: self.sky(),
             },
+            horizon: self.option(|d| Horizon {
+                distance: d.option(Self::length),
+                depth: d.option(Self::length),
+                mix: d.option(|d| d.number(0.0, 1.0)),
+                floor: d.number(0.0, 1e9),
+                normals: [NormalBlend::Face, NormalBlend::Distance, NormalBlend::Area][d.below(3) as usize],
+            }),
             cameras: self.list(|d, k| Camera {
                 name: d.text(k),
                 position: d.vec3(),
@@ -520,6 +527,7 @@ impl Draw {
             },
             1 => Sky::Picture {
                 file: self.file(),
+                layout: [SkyLayout::Panorama, SkyLayout::Cube, SkyLayout::Horizon][self.below(3) as usize],
                 rotation: self.number(-360.0, 360.0),
                 scale: self.number(0.0, 1e9),
             },

@@ -230,6 +230,7 @@ pub(crate) mod tests_support {
             boundary: Boundary::default(),
             layers: Vec::new(),
             detail: None,
+            horizon: None,
             objects: Vec::new(),
             light: Light::default(),
             cameras: Vec::new(),

@@ -401,6 +401,7 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
             texcoords,
             triangles: corners,
             base_color: Vec3::from(stored.base_color),
+            ..TriangleMesh::default()
         })
     }
 

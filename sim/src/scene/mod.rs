@@ -15,6 +15,7 @@ mod report;
 mod schema;
 mod series;
 mod sky;
+mod sky_layout;
 mod suggest;
 mod units;
 mod validate;

@@ -25,6 +25,7 @@ pub(crate) const SCENE: &[Key] = &[
     optional("boundary", Table(BOUNDARY)),
     optional("object", Tables(OBJECT)),
     optional("light", Table(LIGHT)),
+    optional("horizon", Table(HORIZON)),
     optional("camera", Tables(CAMERA)),
     optional("event", TaggedTables(EVENT)),
     optional("recording", Table(RECORDING)),
@@ -285,6 +286,7 @@ const SKY: &[Variant] = &[
         "picture",
         &[
             required("file", File),
+            optional("layout", Choice(&["panorama", "cube", "horizon"])),
             optional("rotation", Number(Angle, TURN)),
             optional("scale", FACTOR),
         ],
@@ -296,6 +298,14 @@ const SKY: &[Variant] = &[
             optional("scale", FACTOR),
         ],
     ),
+];
+
+const HORIZON: &[Key] = &[
+    optional("distance", POSITIVE_LENGTH),
+    optional("depth", POSITIVE_LENGTH),
+    optional("mix", Number(Bare, SHARE)),
+    optional("floor", FACTOR),
+    optional("normals", Choice(&["face", "distance", "area"])),
 ];
 
 const CAMERA: &[Key] = &[

@@ -254,7 +254,7 @@ fn files_that_cannot_be_used() {
     case(
         "sky",
         "text.txt",
-        "text.txt: light.sky.file: this EXR picture cannot be read",
+        "text.txt: light.sky.file: this picture cannot be read",
     );
     case(
         "model",

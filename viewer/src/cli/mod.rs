@@ -27,6 +27,7 @@ mod progress;
 mod progressive;
 mod record;
 mod render;
+mod resume;
 mod study;
 mod view;
 mod volume;
