@@ -53,15 +53,18 @@ fn main() {
         .position(|a| a == "--write")
         .and_then(|k| options.get(k + 1));
     let started = Instant::now();
+    // Kept to the end: the time of threads that have ended is no longer told.
+    let pools = [1, 2].map(|threads| {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap()
+    });
     println!("waves threads  CPU s  wall s   rays");
     for waves in [5, 20] {
         let (scene, frame) = scene(waves);
         let view = camera::view(&scene, None, UVec2::new(640, 480), 1).unwrap();
-        for threads in [1, 2] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+        for (threads, pool) in [1, 2].into_iter().zip(&pools) {
             let mut renderer = HorizonRenderer::default();
             let mut image = Image::default();
             let (mut cpu, mut wall, mut rays) = (f64::INFINITY, f64::INFINITY, 0);
