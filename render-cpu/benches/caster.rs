@@ -2,6 +2,9 @@
 //!
 //! Rays per second from the CPU time of this thread (wall time beside it), best of several spans. On a machine with
 //! other work only the ratios mean something. Options: a grid size (`-- 1024`), names of casters (`-- blocks bvh`).
+//!
+//! With `MENISCUS_EMBREE` naming the program that `benches/embree/build` makes, Embree casts the same rays at the same
+//! samples in the same run, one ray a call and eight, at triangles and at its own grids; the last lines are ratios.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -13,8 +16,9 @@
 mod caster_support;
 
 use caster_support::{Bounds, sea, workload};
-use meniscus_render_cpu::caster::{Caster, Heightfield, Hit, Ray, TriangleBvh};
+use meniscus_render_cpu::caster::{Caster, Heightfield, Hit, MaxMip, Patch, Ray, TriangleBvh};
 use meniscus_sim::Grid;
+use std::io::Write as _;
 use std::time::Instant;
 
 const RAYS: usize = 1 << 16;
@@ -61,6 +65,9 @@ fn main() {
     };
     let casters: Vec<(&str, Build)> = vec![
         ("blocks", |g| Box::new(Heightfield::build(g).unwrap())),
+        ("max-mip", |g| {
+            Box::new(MaxMip::build(g, Patch::Bilinear).unwrap())
+        }),
         ("bvh", |g| Box::new(TriangleBvh::build(g).unwrap())),
     ];
 
@@ -93,6 +100,7 @@ fn main() {
         "{:<16}{:>16}{:>16}{:>16}{:>16}{:>12}{:>9}",
         "caster", kinds[0], kinds[1], kinds[2], kinds[3], "build ms", "MiB"
     );
+    let mut blocks = Vec::new();
     for (name, build) in casters.into_iter().filter(|(name, _)| wanted(name)) {
         one.install(|| {
             let mut caster = build(&grid);
@@ -105,6 +113,9 @@ fn main() {
                     }
                 });
                 let rate = |seconds: f64| RAYS as f64 / seconds / 1e6;
+                if name == "blocks" {
+                    blocks.push(rate(cpu));
+                }
                 row += &format!("{:>16}", format!("{:.2} ({:.2})", rate(cpu), rate(wall)));
             }
             let (cpu, _) = best(|| caster.rebuild(&grid).unwrap());
@@ -114,5 +125,55 @@ fn main() {
                 caster.bytes() as f64 / f64::from(1 << 20)
             );
         });
+    }
+    match std::env::var_os("MENISCUS_EMBREE") {
+        Some(program) => embree(std::path::Path::new(&program), &grid, &workloads, &blocks),
+        None => println!(
+            "embree          skipped: MENISCUS_EMBREE does not name the program of benches/embree/build"
+        ),
+    }
+}
+
+/// Hands surface and rays to the program that times Embree, and prints what it says and the ratios to it.
+fn embree(program: &std::path::Path, grid: &Grid<f32>, workloads: &[Vec<Ray>], blocks: &[f64]) {
+    let mut file = tempfile::NamedTempFile::new().unwrap();
+    let spec = grid.spec();
+    let mut bytes = Vec::new();
+    let count = |n: usize| (n as u32).to_le_bytes();
+    bytes.extend(spec.size.to_array().iter().flat_map(|n| n.to_le_bytes()));
+    let places = [spec.spacing, spec.origin.x, spec.origin.y];
+    bytes.extend(places.iter().chain(grid.as_slice()).flat_map(|v| v.to_le_bytes()));
+    bytes.extend(count(workloads.len()));
+    for rays in workloads {
+        bytes.extend(count(rays.len()));
+        let numbers = rays.iter().flat_map(|r| [r.origin, r.direction]);
+        bytes.extend(
+            numbers
+                .flat_map(|v| v.as_vec3().to_array())
+                .flat_map(f32::to_le_bytes),
+        );
+    }
+    file.write_all(&bytes).unwrap();
+    file.flush().unwrap();
+    let output = std::process::Command::new(program).arg(file.path()).output();
+    let Ok(output) = output else {
+        println!("embree          skipped: {} cannot be started", program.display());
+        return;
+    };
+    print!("{}", String::from_utf8_lossy(&output.stderr));
+    for line in String::from_utf8_lossy(&output.stdout).lines() {
+        let fields: Vec<&str> = line.split('\t').collect();
+        let [name, build, rates @ ..] = fields.as_slice() else {
+            continue;
+        };
+        let rates: Vec<f64> = rates.iter().filter_map(|r| r.parse().ok()).collect();
+        let mut row = format!("{name:<20}");
+        for rate in &rates {
+            row += &format!("{rate:>14.2}  ");
+        }
+        println!("{row}{build:>8}");
+        let ratios = blocks.iter().zip(&rates).map(|(ours, theirs)| ours / theirs);
+        let ratios: Vec<String> = ratios.map(|r| format!("{r:>14.2}  ")).collect();
+        println!("{:<20}{}", "  blocks over it", ratios.concat());
     }
 }

@@ -41,6 +41,7 @@ fn description(name: &str, size: Vec2) -> Description {
         boundary: Boundary::default(),
         layers: Vec::new(),
         detail: None,
+        horizon: None,
         objects: Vec::new(),
         light: Light::default(),
         cameras: Vec::new(),
@@ -69,6 +70,7 @@ fn picture_sky(scene: &mut Scene, name: &str, rotation: f32, scale: f32) -> Resu
     });
     scene.description.light.sky = Sky::Picture {
         file: name.into(),
+        layout: SkyLayout::Panorama,
         rotation,
         scale,
     };

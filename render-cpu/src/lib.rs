@@ -2,11 +2,12 @@
 //!
 //! [`Whitted`] draws a [`Frame`](meniscus_sim::Frame) of a [`Scene`](meniscus_sim::Scene) by deterministic ray
 //! tracing, [`PathTracer`] by random paths without bias, [`PhotonMapper`] from maps of light that was followed through
-//! the water. Around them: [`camera`] makes views, [`sky`] is what the rays see when they leave, [`tonemap`] turns linear
+//! the water; [`HorizonRenderer`] shows the water in a room of pictures. Around them: [`camera`] makes views, [`sky`] is what the rays see when they leave, [`tonemap`] turns linear
 //! radiance into display values, [`output`] writes pictures and animations, and [`renderers`] finds a renderer by name.
 
 pub mod camera;
 pub mod caster;
+pub mod horizon;
 pub mod metrics;
 pub mod output;
 pub mod path;
@@ -16,6 +17,7 @@ mod stage;
 pub mod tonemap;
 pub mod whitted;
 
+pub use horizon::HorizonRenderer;
 pub use meniscus_sim::stage::sky;
 pub use path::PathTracer;
 pub use photon::PhotonMapper;

@@ -1,5 +1,6 @@
 //! The renderers of this crate, by name.
 
+use crate::horizon::HorizonRenderer;
 use crate::path::PathTracer;
 use crate::photon::PhotonMapper;
 use crate::whitted::Whitted;
@@ -44,6 +45,11 @@ pub fn available() -> Vec<RendererInfo> {
             summary: "light followed from sun and sky through the water onto floor, walls and objects, then seen as by `whitted`; noise falls with --spp",
             unavailable: None,
         },
+        RendererInfo {
+            name: HorizonRenderer::NAME,
+            summary: "waves in a room of pictures over a floor, after Stuetzle, Warner & Mayer: reflection and floor mixed, no shadows",
+            unavailable: None,
+        },
     ]
 }
 
@@ -56,6 +62,7 @@ pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
         Whitted::NAME => Ok(Box::new(Whitted::default())),
         PathTracer::NAME => Ok(Box::new(PathTracer::default())),
         PhotonMapper::NAME => Ok(Box::new(PhotonMapper::default())),
+        HorizonRenderer::NAME => Ok(Box::new(HorizonRenderer::default())),
         _ => Err(UnknownRenderer {
             name: name.to_owned(),
             known: available()

@@ -498,3 +498,41 @@ fn cameras_are_found_by_name_and_the_automatic_one_sees_the_domain() {
     assert!(camera::view(&scene, None, UVec2::new(0, 4), 1).is_err());
     assert!(camera::view(&scene, None, size, 0).is_err());
 }
+
+#[test]
+fn ground_that_rises_is_drawn_where_it_stands() {
+    let spec = square(33, 0.25);
+    let mut moving = scene(spec);
+    floor(&mut moving, -1.0);
+    moving.description.ground.checker = 0.5;
+    let mut risen = moving.clone();
+    moving.description.beds = vec![Bed::Patch {
+        min: Vec2::splat(2.0),
+        max: Vec2::splat(6.0),
+        height: 1.5,
+        start: 1.0,
+        rise: 0.0,
+        series: None,
+        points: Vec::new(),
+    }];
+    let still = risen.clone();
+    risen.terrain = Some(Grid::from_fn(spec, |i, j| {
+        let at = spec.position(i, j);
+        let inside = at.cmpge(Vec2::splat(2.0)).all() && at.cmple(Vec2::splat(6.0)).all();
+        if inside { 0.5 } else { -1.0 }
+    }));
+    let mut water = frame(spec, |_| 0.0);
+    let seen = view(
+        Vec3::new(4.0, 6.0, 11.0),
+        Vec3::new(4.0, 0.0, 4.0),
+        UVec2::new(48, 36),
+    );
+    let mut renderer = Whitted::new(Settings::default());
+    let mut at = |scene: &Scene, time: f64| {
+        water.time = time;
+        draw(&mut renderer, scene, &water, &seen).0
+    };
+    assert_eq!(at(&moving, 0.5).pixels, at(&still, 0.5).pixels);
+    assert_eq!(at(&moving, 2.0).pixels, at(&risen, 2.0).pixels);
+    assert_ne!(at(&moving, 2.0).pixels, at(&still, 2.0).pixels);
+}

@@ -194,6 +194,10 @@ impl Executor {
                         })
                         .collect(),
                     depth: depth.is_some(),
+                    samples: colors.first().map_or(1, |c| match graph.kind(c.id) {
+                        Kind::Texture { samples, .. } => *samples,
+                        _ => 1,
+                    }),
                 },
             };
             let recipe = Recipe {
@@ -263,16 +267,19 @@ impl Executor {
                     },
                     MadeStage::Draw(pipeline),
                 ) => {
-                    let views = colors.iter().map(|c| view(c.id)).collect::<Result<Vec<_>, _>>()?;
+                    let views = colors
+                        .iter()
+                        .map(|c| Ok((view(c.id)?, c.resolve.map(view).transpose()?)))
+                        .collect::<Result<Vec<_>, ExecuteError>>()?;
                     let depth_view = depth.map(|d| view(d.id)).transpose()?;
                     let attachments: Vec<_> = colors
                         .iter()
                         .zip(&views)
-                        .map(|(attachment, view)| {
+                        .map(|(attachment, (view, resolved))| {
                             Some(wgpu::RenderPassColorAttachment {
                                 view,
                                 depth_slice: None,
-                                resolve_target: None,
+                                resolve_target: resolved.as_ref(),
                                 ops: operations(attachment, wgpu::Color::TRANSPARENT),
                             })
                         })
@@ -353,7 +360,11 @@ fn bind(gpu: &Gpu, made: &Made, find: impl Fn(&str) -> Option<Physical>) -> Resu
 
 fn allocate(gpu: &Gpu, kind: &Kind) -> Physical {
     match *kind {
-        Kind::Texture { size, format } => {
+        Kind::Texture {
+            size,
+            format,
+            samples,
+        } => {
             let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("transient"),
                 size: wgpu::Extent3d {
@@ -362,12 +373,17 @@ fn allocate(gpu: &Gpu, kind: &Kind) -> Physical {
                     depth_or_array_layers: 1,
                 },
                 mip_level_count: 1,
-                sample_count: 1,
+                sample_count: samples,
                 dimension: wgpu::TextureDimension::D2,
                 format: format.texture(),
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_SRC,
+                usage: if samples > 1 {
+                    // Nothing but drawing and resolving.
+                    wgpu::TextureUsages::RENDER_ATTACHMENT
+                } else {
+                    wgpu::TextureUsages::RENDER_ATTACHMENT
+                        | wgpu::TextureUsages::TEXTURE_BINDING
+                        | wgpu::TextureUsages::COPY_SRC
+                },
                 view_formats: &[],
             });
             Physical::Texture(texture.create_view(&Default::default()))

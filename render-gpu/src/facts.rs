@@ -1,6 +1,6 @@
 //! What a scene and a frame ask of a picture: all that decides which passes there are and how large things become.
 
-use crate::settings::{PhotonMap, Settings};
+use crate::settings::{Heights, PhotonMap, Settings, Walk};
 use meniscus_sim::glam::UVec2;
 use meniscus_sim::scene::description::{Edge, Shape, Sky as SkyKind};
 use meniscus_sim::stage::continuation::continued_spec;
@@ -10,40 +10,50 @@ use meniscus_sim::{Frame, GridSpec, Scene};
 /// Levels of a pyramid at most.
 pub const MOST_LEVELS: usize = 16;
 
-/// Where the parts of a heightfield stand in the buffer of heights.
+/// Where the parts of a heightfield stand in the buffer of heights, in words of four bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FieldShape {
     /// Samples with the continuation; zero if there is no such field.
     pub size: [u32; 2],
-    /// First value of the heights.
+    /// How samples are kept.
+    pub kept: Heights,
+    /// First word of the heights.
     pub heights: u32,
-    /// First value of the slopes, two a sample.
+    /// First word of the slopes.
     pub slopes: u32,
-    /// First value of each level of the pyramid from level 1, two a block.
+    /// First word of the safety radii, which are there if `has_radii`.
+    pub radii: u32,
+    /// Whether there are safety radii.
+    pub has_radii: bool,
+    /// First word of each level of the pyramid from level 1.
     pub pyramid: [u32; MOST_LEVELS],
     /// Levels.
     pub levels: u32,
-    /// Value after the last.
+    /// Word after the last.
     pub end: u32,
 }
 
 impl FieldShape {
-    /// A field of `size` samples whose values begin at `start`; `None` if its values cannot be counted in 32 bits.
-    pub fn new(size: UVec2, start: u64) -> Option<Self> {
-        let samples = u64::from(size.x) * u64::from(size.y);
+    /// A field of `size` samples whose words begin at `start`; `None` if they cannot be counted in 32 bits.
+    pub fn new(size: UVec2, start: u64, settings: &Settings) -> Option<Self> {
         let mut shape = Self {
             size: size.to_array(),
+            kept: settings.heights,
             heights: u32::try_from(start).ok()?,
-            slopes: u32::try_from(start + samples).ok()?,
+            has_radii: settings.walk == Walk::SafetyMap,
             ..Self::default()
         };
-        let mut next = start + 3 * samples;
+        let mut next = start + shape.height_words();
+        shape.slopes = u32::try_from(next).ok()?;
+        next += shape.slope_words();
+        shape.radii = u32::try_from(next).ok()?;
+        next += shape.radius_words();
         let cells = size - 1;
         let mut level = 1;
         while level <= MOST_LEVELS as u32 {
             let blocks = blocks_of(cells, level);
             shape.pyramid[level as usize - 1] = u32::try_from(next).ok()?;
-            next += 2 * u64::from(blocks.x) * u64::from(blocks.y);
+            next += shape.pair() * u64::from(blocks.x) * u64::from(blocks.y);
             shape.levels = level;
             if blocks.max_element() == 1 {
                 break;
@@ -57,6 +67,45 @@ impl FieldShape {
     /// Whether the scene has it.
     pub fn is_present(&self) -> bool {
         self.size[0] > 0
+    }
+
+    fn samples(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1])
+    }
+
+    /// Words of two values.
+    fn pair(&self) -> u64 {
+        match self.kept {
+            Heights::Single => 2,
+            Heights::Sixteen => 1,
+        }
+    }
+
+    /// Words of the heights; rows are whole words.
+    pub fn height_words(&self) -> u64 {
+        match self.kept {
+            Heights::Single => self.samples(),
+            Heights::Sixteen => u64::from(self.size[0].div_ceil(2)) * u64::from(self.size[1]),
+        }
+    }
+
+    /// Words of the slopes.
+    pub fn slope_words(&self) -> u64 {
+        self.pair() * self.samples()
+    }
+
+    /// Words of the safety radii.
+    pub fn radius_words(&self) -> u64 {
+        if self.has_radii {
+            self.pair() * self.samples()
+        } else {
+            0
+        }
+    }
+
+    /// Words of the pyramid.
+    pub fn pyramid_words(&self) -> u64 {
+        u64::from(self.end) - u64::from(self.radii) - self.radius_words()
     }
 }
 
@@ -92,6 +141,8 @@ pub struct Facts {
     pub spray: bool,
     /// Foam samples; 0 without foam.
     pub foam: u32,
+    /// Whether the caller has drawn something of its own.
+    pub foreign: bool,
     /// Focused sunlight, where there is any.
     pub caustics: Option<CausticSizes>,
     /// Whether the look of the ground has noise.
@@ -157,14 +208,14 @@ impl Facts {
             Some(terrain) => {
                 let how = surroundings::ground_continuation(terrain, d.water.level);
                 let size = continued_spec(terrain.spec(), &how).size;
-                FieldShape::new(size, 0).ok_or_else(|| too_large(size))?
+                FieldShape::new(size, 0, settings).ok_or_else(|| too_large(size))?
             }
             None => FieldShape::default(),
         };
         let how = surroundings::water_continuation(scene);
         let water_size = continued_spec(spec, &how).size;
-        let water_shape =
-            FieldShape::new(water_size, u64::from(ground_shape.end)).ok_or_else(|| too_large(water_size))?;
+        let water_shape = FieldShape::new(water_size, u64::from(ground_shape.end), settings)
+            .ok_or_else(|| too_large(water_size))?;
         let sky = match (&d.light.sky, &scene.sky) {
             (SkyKind::Uniform { .. }, _) | (SkyKind::Picture { .. }, None) => None,
             (SkyKind::Picture { .. }, Some(picture)) => Some(picture.size.to_array()),
@@ -180,6 +231,7 @@ impl Facts {
             solid_rows: planned_rows(scene),
             spray: false,
             foam: 0,
+            foreign: false,
             caustics,
             noise: relief && d.ground.checker <= 0.0,
             open: ground.filter(|_| relief).map_or(0, |t| t.spec().len() as u32),
@@ -209,8 +261,8 @@ impl Facts {
         self
     }
 
-    /// Values of the buffer of heights.
-    pub fn height_values(&self) -> u64 {
+    /// Words of the buffer of heights.
+    pub fn height_words(&self) -> u64 {
         u64::from(self.fields[0].end.max(self.fields[1].end))
     }
 
@@ -302,7 +354,8 @@ pub(crate) mod tests {
 
     /// Nothing that chooses shader pieces, each alone, all but each, and everything.
     pub(crate) fn all_kinds() -> Vec<Facts> {
-        let water = FieldShape::new(UVec2::new(33, 17), 0).unwrap();
+        let settings = Settings::new(crate::Technique::Heightfield);
+        let water = FieldShape::new(UVec2::new(33, 17), 0, &settings).unwrap();
         let single = (0..6).map(|k| 1 << k);
         [0, 63]
             .into_iter()
@@ -317,6 +370,7 @@ pub(crate) mod tests {
                     solid_rows: 6,
                     spray: has(2),
                     foam: if has(3) { 33 * 17 } else { 0 },
+                    foreign: has(2),
                     caustics: has(4).then_some(CausticSizes {
                         photons: [64, 32],
                         map: [33, 17],
@@ -326,7 +380,7 @@ pub(crate) mod tests {
                     open: 0,
                     fields: [
                         water,
-                        FieldShape::new(UVec2::new(4, 4), u64::from(water.end)).unwrap(),
+                        FieldShape::new(UVec2::new(4, 4), u64::from(water.end), &settings).unwrap(),
                     ],
                     sun: true,
                     sides: vec![false, has(0)],
@@ -343,13 +397,22 @@ pub(crate) mod tests {
 
     #[test]
     fn the_parts_of_a_field_follow_each_other() {
-        let shape = FieldShape::new(UVec2::new(9, 5), 10).unwrap();
+        let mut settings = Settings::new(crate::Technique::Heightfield);
+        let shape = FieldShape::new(UVec2::new(9, 5), 10, &settings).unwrap();
         assert_eq!((shape.heights, shape.slopes, shape.pyramid[0]), (10, 55, 145));
         // 8 × 4 patches: 4 × 2, 2 × 1, 1 × 1 blocks.
         assert_eq!(
             (shape.levels, shape.pyramid[1], shape.pyramid[2], shape.end),
             (3, 161, 165, 167)
         );
-        assert!(FieldShape::new(UVec2::splat(60_000), 0).is_none());
+        assert!(FieldShape::new(UVec2::splat(60_000), 0, &settings).is_none());
+        // Two samples a word, rows of five words; a word for each slope, radius and block.
+        settings.heights = Heights::Sixteen;
+        settings.walk = Walk::SafetyMap;
+        let small = FieldShape::new(UVec2::new(9, 5), 10, &settings).unwrap();
+        assert_eq!(
+            (small.slopes, small.radii, small.pyramid[0], small.end),
+            (35, 80, 125, 136)
+        );
     }
 }

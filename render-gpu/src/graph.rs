@@ -46,6 +46,8 @@ pub enum Kind {
         size: [u32; 2],
         /// Format of its texels.
         format: Format,
+        /// Samples a texel: 1, or 4 where edges are smoothed.
+        samples: u32,
     },
     /// A buffer of the graph's own, gone after the last pass that reads it.
     Buffer {
@@ -59,7 +61,11 @@ impl Kind {
     pub fn bytes(&self) -> u64 {
         match self {
             Self::Imported { bytes } | Self::Buffer { bytes } => *bytes,
-            Self::Texture { size, format } => u64::from(size[0]) * u64::from(size[1]) * format.bytes(),
+            Self::Texture {
+                size,
+                format,
+                samples,
+            } => u64::from(size[0]) * u64::from(size[1]) * format.bytes() * u64::from(*samples),
         }
     }
 }
@@ -289,6 +295,7 @@ mod tests {
         Kind::Texture {
             size: [4, 2],
             format: Format::Half,
+            samples: 1,
         }
     }
 

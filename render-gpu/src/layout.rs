@@ -24,7 +24,7 @@ pub struct FieldUniform {
     pub levels: u32,
     pub present: u32,
     pub safety: f32,
-    pub unused: u32,
+    pub radii: u32,
 }
 
 /// Everything else.
@@ -127,7 +127,7 @@ mod tests {
         let source = include_str!("shaders/shared/stage.wgsl");
         let module = naga::front::wgsl::parse_str(source).unwrap();
         let field = offsets!(FieldUniform: low, high, period, range, size, periodic, spacing, level, heights, slopes,
-            pyramid, levels, present, safety, unused);
+            pyramid, levels, present, safety, radii);
         let stage = offsets!(StageUniform: eye, medium, forward, pixel_angle, right, hair, up, index, size, jitter,
             sun_direction, sun_radius, sun_irradiance, has_sun, beam_direction, has_beam, beam_irradiance, entering,
             from_below, visual_range, extinction, cutoff_distance, scattering, spread, source_sun, near, rate_sun,

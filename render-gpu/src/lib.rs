@@ -14,13 +14,27 @@ pub mod layout;
 #[cfg(feature = "wgpu")]
 pub mod adapters;
 #[cfg(feature = "wgpu")]
+mod buffers;
+#[cfg(feature = "wgpu")]
+mod continued;
+#[cfg(feature = "wgpu")]
 pub mod device;
 #[cfg(feature = "wgpu")]
 mod executor;
 #[cfg(feature = "wgpu")]
 pub mod facts;
 #[cfg(feature = "wgpu")]
+mod fixed;
+#[cfg(feature = "wgpu")]
+mod foreign;
+#[cfg(feature = "wgpu")]
+mod held;
+#[cfg(feature = "wgpu")]
 mod hierarchy;
+#[cfg(feature = "wgpu")]
+mod limits;
+#[cfg(feature = "wgpu")]
+mod meshes;
 #[cfg(all(test, feature = "wgpu"))]
 mod parity;
 #[cfg(feature = "wgpu")]
@@ -40,14 +54,22 @@ pub mod techniques;
 #[cfg(feature = "wgpu")]
 mod tessellate;
 #[cfg(feature = "wgpu")]
+mod uniform;
+#[cfg(feature = "wgpu")]
+mod upload;
+#[cfg(feature = "wgpu")]
+mod voxel_scene;
+#[cfg(feature = "wgpu")]
 mod voxels;
 #[cfg(feature = "wgpu")]
 pub mod work;
 
 #[cfg(feature = "wgpu")]
+pub use foreign::Foreign;
+#[cfg(feature = "wgpu")]
 pub use renderer::{GpuRenderer, MetPixel, pass_names};
 #[cfg(feature = "wgpu")]
-pub use settings::{PhotonMap, Settings, Technique, Walk};
+pub use settings::{Heights, PhotonMap, Settings, Technique, Walk};
 #[cfg(feature = "wgpu")]
 pub use shader::Switches;
 

@@ -26,11 +26,12 @@ pub(crate) struct ShaderError {
     pub(crate) what: String,
 }
 
-/// What naga may accept: what WebGPU's core has, as no device feature is asked for.
+/// What naga may accept: what WebGPU's core has, as no device feature is asked for. Packing two halves into a word is of the core,
+/// though naga counts it as a capability, which WebGL lacks.
 pub(crate) fn validator() -> naga::valid::Validator {
     naga::valid::Validator::new(
         naga::valid::ValidationFlags::all(),
-        naga::valid::Capabilities::empty(),
+        naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32,
     )
 }
 
@@ -127,6 +128,7 @@ pub(crate) enum StageRecipe {
         fragment: &'static str,
         colors: Vec<wgpu::TextureFormat>,
         depth: bool,
+        samples: u32,
     },
 }
 
@@ -226,6 +228,7 @@ fn make(gpu: &Gpu, recipe: &Recipe) -> Result<Made, ShaderError> {
             fragment,
             colors,
             depth,
+            samples,
         } => {
             let targets: Vec<_> = colors
                 .iter()
@@ -254,7 +257,10 @@ fn make(gpu: &Gpu, recipe: &Recipe) -> Result<Made, ShaderError> {
                     stencil: Default::default(),
                     bias: Default::default(),
                 }),
-                multisample: Default::default(),
+                multisample: wgpu::MultisampleState {
+                    count: *samples,
+                    ..Default::default()
+                },
                 fragment: Some(wgpu::FragmentState {
                     module: &module,
                     entry_point: Some(fragment),
@@ -280,9 +286,13 @@ mod tests {
         let mut seen = std::collections::HashSet::new();
         for facts in crate::facts::tests::all_kinds() {
             for technique in crate::Technique::ALL {
-                for walk in [crate::Walk::Pyramid, crate::Walk::Safety] {
+                for (walk, heights) in crate::Walk::ALL
+                    .into_iter()
+                    .flat_map(|w| crate::Heights::ALL.map(|h| (w, h)))
+                {
                     let settings = crate::Settings {
                         walk,
+                        heights,
                         ..crate::Settings::new(technique)
                     };
                     let passes = crate::techniques::passes(&facts, &settings);
@@ -317,13 +327,17 @@ mod tests {
 
     #[test]
     fn every_piece_is_used_by_some_pass() {
-        // The table of formulas is for its own test.
-        let mut used = std::collections::BTreeSet::from([Piece::Parity]);
+        // Tables of formulas are for their own tests.
+        let mut used = std::collections::BTreeSet::from([Piece::Parity, Piece::ParityApparent]);
         for facts in crate::facts::tests::all_kinds() {
             for technique in crate::Technique::ALL {
-                for walk in [crate::Walk::Pyramid, crate::Walk::Safety] {
+                for (walk, heights) in crate::Walk::ALL
+                    .into_iter()
+                    .flat_map(|w| crate::Heights::ALL.map(|h| (w, h)))
+                {
                     let settings = crate::Settings {
                         walk,
+                        heights,
                         ..crate::Settings::new(technique)
                     };
                     let passes = crate::techniques::passes(&facts, &settings);

@@ -74,8 +74,31 @@ pub enum Walk {
     /// A minimum-maximum pyramid over the patches: exact.
     #[default]
     Pyramid,
-    /// Steps of a safety radius and a binary search, as in the paper: misses what is thinner than the radius.
+    /// Steps of a safety radius and a binary search, one radius a field, as the paper has it for moving water: misses what is
+    /// thinner than the radius.
     Safety,
+    /// The same with a radius a texel, as the paper has it for the ground; here for both fields, and for rays from below too.
+    SafetyMap,
+}
+
+impl Walk {
+    /// Every walk.
+    pub const ALL: [Self; 3] = [Self::Pyramid, Self::Safety, Self::SafetyMap];
+}
+
+/// How heights are kept on the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heights {
+    /// In single precision, with slopes and bounds.
+    #[default]
+    Single,
+    /// In 16 bits of the range from the lowest to the highest, slopes in half precision: half the memory and upload.
+    Sixteen,
+}
+
+impl Heights {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Single, Self::Sixteen];
 }
 
 /// How sunlight is gathered.
@@ -104,6 +127,10 @@ pub struct Settings {
     pub technique: Technique,
     /// How rays find a heightfield.
     pub walk: Walk,
+    /// Factor on the safety radii: larger is faster and misses more. Default 1.
+    pub safety_scale: f32,
+    /// How heights are kept.
+    pub heights: Heights,
     /// What is left out of the shaders.
     pub switches: Switches,
     /// Whether waves focus sunlight on the ground.
@@ -127,6 +154,8 @@ impl Settings {
         Self {
             technique,
             walk: Walk::default(),
+            safety_scale: 1.0,
+            heights: Heights::default(),
             switches: Switches {
                 broad: technique == Technique::TwoPhase,
                 ..Switches::default()

@@ -34,13 +34,21 @@ pieces! {
     Optics = "shared/optics.wgsl",
     Stage = "shared/stage.wgsl",
     Field = "shared/field.wgsl",
+    StoreSingle = "shared/store_single.wgsl",
+    StoreSixteen = "shared/store_sixteen.wgsl",
+    KeepSingle = "shared/keep_single.wgsl",
+    KeepSixteen = "shared/keep_sixteen.wgsl",
+    Samples = "shared/samples.wgsl",
     WalkPyramid = "shared/walk_pyramid.wgsl",
     WalkSafety = "shared/walk_safety.wgsl",
+    RadiusConstant = "shared/radius_constant.wgsl",
+    RadiusMap = "shared/radius_map.wgsl",
     SkyUniform = "shared/sky_uniform.wgsl",
     SkyPicture = "shared/sky_picture.wgsl",
     Light = "shared/light.wgsl",
     Ground = "shared/ground.wgsl",
     Edges = "shared/edges.wgsl",
+    Bounds = "shared/bounds.wgsl",
     Solids = "shared/solids.wgsl",
     SolidsNone = "shared/solids_none.wgsl",
     Spray = "shared/spray.wgsl",
@@ -59,6 +67,7 @@ pieces! {
     FullScreen = "shared/fullscreen.wgsl",
     Slopes = "slopes.wgsl",
     Pyramid = "pyramid.wgsl",
+    Radii = "radii.wgsl",
     Photons = "photons.wgsl",
     Illumination = "illumination.wgsl",
     IlluminationMap = "illumination_map.wgsl",
@@ -66,6 +75,7 @@ pieces! {
     Heightfield = "heightfield.wgsl",
     HeightfieldAux = "heightfield_aux.wgsl",
     Background = "background.wgsl",
+    Foreign = "foreign.wgsl",
     Near = "near.wgsl",
     Far = "far.wgsl",
     Surface = "surface.wgsl",
@@ -77,6 +87,7 @@ pieces! {
     RefractionDistanceField = "refraction_distance_field.wgsl",
     Accumulate = "accumulate.wgsl",
     Parity = "parity.wgsl",
+    ParityApparent = "parity_apparent.wgsl",
 }
 
 /// What a technique leaves out or limits, fixed when its pipelines are made.
@@ -100,8 +111,12 @@ pub struct Switches {
     pub traced_reflection: bool,
     /// Whether what lies beyond the surface is drawn where flat water shows it. Set by the technique.
     pub broad: bool,
-    /// Rounds of the narrow phase; the paper has one. 0 leaves the broad phase alone.
+    /// Rounds of the narrow phase. Default 1, as in the paper: more cost more and hardly find better places (`docs/gpu.md`). 0 leaves
+    /// the broad phase alone.
     pub narrow_steps: u32,
+    /// Whether rasterised techniques draw four samples a pixel (MSAA). Radiance is then kept in half precision. The traced one has no
+    /// edges that this would smooth: it takes samples of the view instead.
+    pub multisampled: bool,
 }
 
 impl Default for Switches {
@@ -116,7 +131,8 @@ impl Default for Switches {
             photon_jitter: false,
             traced_reflection: true,
             broad: false,
-            narrow_steps: 3,
+            narrow_steps: 1,
+            multisampled: false,
         }
     }
 }
@@ -177,6 +193,7 @@ pub fn prelude(switches: &Switches) -> String {
         ("PHOTON_JITTER", switches.photon_jitter),
         ("TRACED_REFLECTION", switches.traced_reflection),
         ("BROAD", switches.broad),
+        ("MULTISAMPLED", switches.multisampled),
     ] {
         let _ = writeln!(text, "const {name}: bool = {value};");
     }

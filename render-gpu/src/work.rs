@@ -41,6 +41,28 @@ pub struct Attachment {
     pub id: ResourceId,
     /// Whether it starts at zero.
     pub clear: bool,
+    /// Where the mean of its samples goes after the pass.
+    pub resolve: Option<ResourceId>,
+}
+
+impl Attachment {
+    /// A texture that starts at zero.
+    pub const fn fresh(id: ResourceId) -> Self {
+        Self {
+            id,
+            clear: true,
+            resolve: None,
+        }
+    }
+
+    /// A texture that keeps what it has.
+    pub const fn onto(id: ResourceId) -> Self {
+        Self {
+            id,
+            clear: false,
+            resolve: None,
+        }
+    }
 }
 
 /// What a pass does.

@@ -405,7 +405,7 @@ impl Files {
                 offset,
                 map_origin,
             }),
-            _ => match Panorama::load(&path) {
+            _ => match Panorama::load(&path, Default::default()) {
                 Ok(sky) if sky.pixels.iter().all(|p| p.is_finite() && p.min_element() >= 0.0) => Ok(true),
                 Ok(_) => Err("a sky that is no light".into()),
                 Err(_) => Ok(false),

@@ -5,6 +5,15 @@
 
 use glam::Vec3;
 
+/// Linear light of an sRGB value, both 0 to 1 (IEC 61966-2-1).
+pub fn linear_of_srgb(c: f32) -> f32 {
+    if c <= 0.040_45 {
+        c / 12.92
+    } else {
+        ((c + 0.055) / 1.055).powf(2.4)
+    }
+}
+
 /// Refractive index of fresh water at 20 °C for 589 nm (Hale & Querry 1973), the default of scenes.
 pub const WATER_INDEX: f32 = 1.333;
 

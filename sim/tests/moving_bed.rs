@@ -3,11 +3,12 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "test code")]
 
 use glam::{UVec2, Vec2};
+use meniscus_sim::recording::{Reader, Writer};
 use meniscus_sim::scene::Scene;
 use meniscus_sim::shallow_water::{
     BedMotion, Condition, Edges, Initial, LatticeSettings, Method, Precision, Series, Settings, ShallowWater,
 };
-use meniscus_sim::{GridSpec, Solver};
+use meniscus_sim::{Channels, Frame, GridSpec, Solver};
 use std::path::Path;
 
 const GRAVITY: f64 = 9.81;
@@ -302,4 +303,53 @@ fn scenes_move_the_ground_and_mistakes_are_told() {
         let error = scene(bad).unwrap_err();
         assert!(!error.problems.is_empty(), "{bad}");
     }
+}
+
+#[test]
+fn pictures_and_recordings_know_the_ground_that_the_water_knows() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights: Vec<f32> = (0..21 * 41).map(|k| 0.01 * (k % 7) as f32).collect();
+    let mut array = std::fs::File::create(folder.path().join("rise.npy")).unwrap();
+    meniscus_sim::npy::write(&mut array, &[21, 41], &heights).unwrap();
+    drop(array);
+    let text = "name = 'basin'\ndomain.size = [20.0, 10.0]\nterrain = { kind = 'flat', height = -2.0 }\n\
+        solver = { kind = 'shallow-water', spacing = 0.5 }\n\
+        bed = [{ kind = 'patch', min = [5, 2], max = [10, 8], height = 0.5, start = 0.5, rise = 2 },\n\
+        { kind = 'array', file = 'rise.npy', scale = 2, points = [{ time = 0, value = 0 }, { time = 3, value = -1 }] },\n\
+        { kind = 'slide', height = 0.7, radius = 3, path = [{ time = 0, position = [3, 3] }, { time = 4, position = [15, 8] }] }]\n";
+    let scene = Scene::from_toml(text, Path::new("basin.toml"), folder.path(), &[]).unwrap();
+
+    let path = folder.path().join("run.mrec");
+    let mut writer = Writer::create(&path, &scene, Channels::DEPTH).unwrap();
+    let mut solver = ShallowWater::from_scene(&scene).unwrap();
+    let mut frame = Frame::new(scene.grid);
+    let mut moved = 0.0_f32;
+    for _ in 0..8 {
+        solver.advance(0.4).unwrap();
+        solver.extract(Channels::DEPTH, &mut frame);
+        writer.push(&frame, None).unwrap();
+        let drawn = scene.at(solver.time()).ground_on_grid().unwrap();
+        let depth = frame.depth.as_ref().unwrap();
+        for (k, drawn) in drawn.as_slice().iter().enumerate() {
+            let bed = frame.elevation.as_slice()[k] - depth.as_slice()[k];
+            assert!(
+                (bed - drawn).abs() < 1e-5,
+                "{k} at {}: {bed} {drawn}",
+                solver.time()
+            );
+            moved = moved.max((drawn + 2.0).abs());
+        }
+    }
+    assert!(moved > 0.5);
+    writer.finish().unwrap();
+
+    // Without the folder: the recording has all that it takes to run again.
+    std::fs::remove_file(folder.path().join("rise.npy")).unwrap();
+    let reader = Reader::open(&path).unwrap();
+    assert_eq!(reader.scene().uplifts, scene.uplifts);
+    let mut again = ShallowWater::from_scene(reader.scene()).unwrap();
+    for _ in 0..8 {
+        again.advance(0.4).unwrap();
+    }
+    assert_eq!(again.depths(), solver.depths());
 }

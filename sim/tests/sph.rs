@@ -3,11 +3,11 @@
 #![cfg(feature = "sph")]
 
 use meniscus_sim::events::Action;
-use meniscus_sim::glam::{Vec2, Vec3};
+use meniscus_sim::glam::{UVec2, Vec2, Vec3};
 use meniscus_sim::scene::description::Description;
 use meniscus_sim::sph::cases::{self, energy, run};
-use meniscus_sim::sph::{Boundary, Fluid, Model, Obstacle, Settings, Solid, Sph};
-use meniscus_sim::{BodyPose, Channels, Frame, Scene, Solver};
+use meniscus_sim::sph::{Boundary, Fluid, Ground, Model, Obstacle, Outline, Settings, Solid, Sph};
+use meniscus_sim::{BodyPose, Channels, Frame, Grid, GridSpec, Scene, Solver};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -58,7 +58,6 @@ fn turning(fluid: &Fluid) -> f64 {
 }
 
 #[test]
-#[ignore = "the column keeps moving: see docs/numerics-sph.md, What does not hold"]
 fn a_still_column_keeps_its_depth_and_has_the_pressure_of_its_weight() {
     for thickness in [20.0, 25.0] {
         let depth = 0.5;
@@ -66,6 +65,39 @@ fn a_still_column_keeps_its_depth_and_has_the_pressure_of_its_weight() {
         assert!(still.depth[0] > 0.99 && still.depth[1] < 1.01, "{still:?}");
         assert!(still.pressure < 0.02 && still.compression < 5e-4, "{still:?}");
         assert!(still.speed < 0.05, "{still:?}");
+    }
+}
+
+/// Flat walls have images, uneven ground and round vessels do not: both must hold a column.
+#[test]
+fn a_column_stands_on_a_height_map_and_in_a_round_vessel() {
+    let (d, depth) = (0.02, 0.2);
+    let flat = Boundary::tank(Vec2::ZERO, Vec2::splat(0.2), 0.0);
+    let spec = GridSpec::new(Vec2::splat(-0.1), 0.05, UVec2::splat(9)).unwrap();
+    let map = Boundary {
+        ground: Ground::Heights(Grid::filled(spec, 0.0)),
+        ..flat.clone()
+    };
+    let round = Boundary {
+        outline: Outline::Round,
+        ..flat.clone()
+    };
+    for (what, boundary) in [("flat", flat), ("height map", map), ("round", round)] {
+        let round = boundary.outline == Outline::Round;
+        let area = if round { 0.01 * std::f64::consts::PI } else { 0.04 };
+        let mut fluid = Fluid::new(Settings::water(d), boundary);
+        fill(&mut fluid, Vec3::ZERO, Vec3::splat(depth), |_| Vec3::ZERO);
+        if round {
+            fluid.remove(|p| Vec2::new(p.x, p.z).distance(Vec2::splat(0.1)) > 0.1 - 0.4 * d);
+        }
+        run(&mut fluid, 1.0, 1.0, |_, _| {});
+        let n = fluid.len() as f64;
+        let mean = fluid.positions().iter().map(|p| f64::from(p.y)).sum::<f64>() / n;
+        let relative = 2.0 * mean / (n * f64::from(d).powi(3) / area);
+        // A tenth of a spacing at ten layers; a round wall is known to its curvature.
+        let tolerance = if round { 0.03 } else { 0.01 };
+        assert!((relative - 1.0).abs() < tolerance, "{what}: {relative}");
+        assert!(fluid.fastest() < 0.3, "{what}: {}", fluid.fastest());
     }
 }
 
@@ -110,7 +142,6 @@ fn without_walls_momentum_is_exact_and_angular_momentum_kept() {
 }
 
 #[test]
-#[ignore = "energy grows: see docs/numerics-sph.md, What does not hold"]
 fn a_square_turns_without_losing_its_angular_momentum() {
     let (n, turn) = (40, 1.0_f32);
     let d = 1.0 / n as f32;
@@ -154,7 +185,6 @@ fn drop_axes(rate: f64, time: f64) -> (f64, f64) {
 }
 
 #[test]
-#[ignore = "long axis 3 % too long: see docs/numerics-sph.md, What does not hold"]
 fn a_drop_stretches_to_the_ellipse_of_theory() {
     let (rate, time) = (100.0, 0.0076);
     let (short, long) = drop_axes(rate, time);
@@ -187,7 +217,6 @@ fn a_drop_stretches_to_the_ellipse_of_theory() {
 }
 
 #[test]
-#[ignore = "the period is wrong: see docs/numerics-sph.md, What does not hold"]
 fn water_sloshes_with_the_period_of_theory() {
     for (length, depth, listed) in [(1.0, 0.5, 1.1818), (1.0, 0.25, 1.3976)] {
         let settings = Settings {
@@ -216,19 +245,28 @@ fn published(name: &str, until: f64) -> Vec<(f64, f64)> {
     rows.filter(|r: &(f64, f64)| r.0 <= until).collect()
 }
 
+/// A diaphragm had to leave before the water of the experiment was free, so that its clock is late by a constant. At
+/// the clock of the water the front of theory without friction is 14 % ahead at any resolution: docs/numerics-sph.md.
+fn assert_front(name: &str, inches: f32) {
+    let data = published(name, 5.0);
+    assert!(data.len() >= 5, "{name}");
+    let a = inches * 0.0254;
+    let front = cases::surge_front(Settings::water(a / 20.0), a, &data);
+    assert!(
+        front.delayed_error < 0.04 && front.delay < 0.35,
+        "{name}: {front:?}"
+    );
+}
+
 #[test]
-#[ignore = "the front is 12 % too fast: see docs/numerics-sph.md, What does not hold"]
 fn a_dam_breaks_as_martin_and_moyce_saw_it() {
-    for (name, inches) in [
-        ("martin-moyce-1952-a2.25in.csv", 2.25),
-        ("martin-moyce-1952-a1.125in.csv", 1.125),
-    ] {
-        let data = published(name, 5.0);
-        assert!(data.len() >= 5, "{name}");
-        let a = inches * 0.0254_f32;
-        let error = cases::surge_front(Settings::water(a / 20.0), a, &data);
-        assert!(error < 0.04, "{name}: {error}");
-    }
+    assert_front("martin-moyce-1952-a2.25in.csv", 2.25);
+}
+
+#[test]
+#[ignore = "4.7 %: the floor's friction, which slows so small a front, is missing; docs/numerics-sph.md, What does not hold"]
+fn a_small_dam_breaks_as_martin_and_moyce_saw_it() {
+    assert_front("martin-moyce-1952-a1.125in.csv", 1.125);
 }
 
 /// A tank with a block of water, for what must not break it.
@@ -297,7 +335,6 @@ fn stiff_and_extreme_cases_stay_in_the_tank_and_gain_no_energy() {
 }
 
 #[test]
-#[ignore = "mcg03 leaves with NaN: see docs/numerics-sph.md, What does not hold"]
 fn particles_put_inside_each_other_move_apart_gently() {
     for model in [Model::Dfsph, Model::Mcg03] {
         let mut fluid = block(Settings {
@@ -348,7 +385,6 @@ fn an_obstacle_put_into_water_pushes_it_aside() {
 }
 
 #[test]
-#[ignore = "takes minutes since the step limit follows gravity: the solver is not finished"]
 fn one_particle_none_and_a_tank_thinner_than_a_kernel() {
     for model in [Model::Dfsph, Model::Mcg03] {
         let settings = Settings {
@@ -408,7 +444,7 @@ fn scene(solver: &str, rest: &str) -> Scene {
 }
 
 #[test]
-#[ignore = "the water moves by half a spacing: see docs/numerics-sph.md, What does not hold"]
+#[ignore = "single columns are 0.11 of a spacing off, 0.1 is the bar: see docs/numerics-sph.md, What does not hold"]
 fn the_surface_of_a_still_tank_is_level_and_volumes_are_kept() {
     for surface in ["fast", "exact"] {
         let mut solver = Sph::from_scene(&scene(&format!("surface = '{surface}'"), "")).unwrap();

@@ -5,30 +5,16 @@
 //!     target/release/examples/gpu_ratios [WIDTHxHEIGHT] [FRAMES]
 #![allow(clippy::print_stdout)]
 
+use meniscus::study::tiled_pool::{self, Things, waves};
 use meniscus_render_cpu::metrics::{Summary, flip};
 use meniscus_render_cpu::tonemap::{ToneMap, srgb};
 use meniscus_render_cpu::{Settings as CpuSettings, Whitted};
-use meniscus_render_gpu::{GpuRenderer, Settings, Technique, Walk};
-use meniscus_sim::glam::{UVec2, Vec2, Vec3};
+use meniscus_render_gpu::{GpuRenderer, Heights, Settings, Technique, Walk};
+use meniscus_sim::glam::{UVec2, Vec3};
 use meniscus_sim::mesh::TriangleMesh;
 use meniscus_sim::render::{Image, Renderer as _, View};
-use meniscus_sim::{Frame, Grid, Scene};
-use std::path::Path;
+use meniscus_sim::{Frame, Scene};
 use std::time::Instant;
-
-const POOL: &str = r#"
-name = "pool"
-domain = { size = [6.0, 4.0] }
-terrain = { kind = "flat", height = -1.5 }
-ground = { albedo = [0.78, 0.80, 0.80], shore_albedo = [0.16, 0.40, 0.52], steep_albedo = [0.55, 0.53, 0.49], checker = 0.5 }
-solver = { kind = "wave-equation", spacing = 0.02 }
-light = { sun = { elevation = 55.0, azimuth = 150.0 } }
-[[object]]
-name = "ball"
-shape = { kind = "model", file = "bunny.glb" }
-position = [3.0, -0.9, 2.0]
-color = [0.80, 0.16, 0.10]
-"#;
 
 /// A ball of about so many triangles.
 fn ball(radius: f32, triangles: u32) -> TriangleMesh {
@@ -62,30 +48,9 @@ fn ball(radius: f32, triangles: u32) -> TriangleMesh {
 }
 
 fn scene(triangles: u32) -> anyhow::Result<Scene> {
-    let folder = tempfile::tempdir()?;
-    std::fs::write(
-        folder.path().join("bunny.glb"),
-        include_bytes!("../../data/models/bunny.glb"),
-    )?;
-    let mut scene = Scene::from_toml(POOL, Path::new("pool.toml"), folder.path(), &[])?;
+    let mut scene = tiled_pool::scene(Things::OneModel, 0.02)?;
     scene.meshes[0] = ball(0.55, triangles);
     Ok(scene)
-}
-
-fn frame(scene: &Scene, amplitude: f32) -> Frame {
-    let mut frame = Frame::new(scene.grid);
-    let spec = scene.grid;
-    frame.elevation = Grid::from_fn(spec, |i, j| {
-        let p = spec.position(i, j);
-        [(1.6_f32, 0.3_f32, 0.5_f32), (0.9, 1.4, 0.3), (0.55, -0.8, 0.2)]
-            .into_iter()
-            .map(|(length, angle, share)| {
-                let along = p.dot(Vec2::from_angle(angle));
-                amplitude * share * (std::f32::consts::TAU * along / length + angle).sin()
-            })
-            .sum()
-    });
-    frame
 }
 
 fn view(size: UVec2, position: Vec3, target: Vec3) -> View {
@@ -176,7 +141,7 @@ fn check(size: UVec2) -> anyhow::Result<()> {
         size.x, size.y
     );
     let scene = scene(4_000)?;
-    let frame = frame(&scene, 0.02);
+    let frame = waves(&scene, 0.02);
     let view = view(size, Vec3::new(0.5, 1.7, 5.2), Vec3::new(3.1, -0.9, 2.0));
     let mut whitted = Whitted::new(CpuSettings {
         interface_depth: 1,
@@ -186,13 +151,33 @@ fn check(size: UVec2) -> anyhow::Result<()> {
     whitted.render(&scene, &frame, &view, &mut truth, &|_| true)?;
     let places = whitted.render_aux(&scene, &frame, &view, &|_| true)?;
     let water: Vec<bool> = places.pixels.iter().map(|p| p.water).collect();
-    let once = {
+    let more = [2, 3].map(|rounds| {
         let mut settings = Settings::new(Technique::TwoPhase);
-        settings.switches.narrow_steps = 1;
-        (settings, "two-phase, one look-up")
+        settings.switches.narrow_steps = rounds;
+        (
+            settings,
+            if rounds == 2 {
+                "two-phase, 2 rounds"
+            } else {
+                "two-phase, 3 rounds"
+            },
+        )
+    });
+    let smooth = {
+        let mut settings = Settings::new(Technique::TwoPhase);
+        settings.switches.multisampled = true;
+        (settings, "two-phase, MSAA")
+    };
+    let sixteen = Settings {
+        heights: Heights::Sixteen,
+        ..Settings::new(Technique::Heightfield)
     };
     let all = Technique::ALL.map(|t| (Settings::new(t), t.name()));
-    for (settings, name) in all.into_iter().chain([once]) {
+    for (settings, name) in all
+        .into_iter()
+        .chain(more)
+        .chain([smooth, (sixteen, "heightfield, 16 bits")])
+    {
         let start = Instant::now();
         let mut renderer = GpuRenderer::new(settings);
         let mut image = Image::default();
@@ -224,7 +209,7 @@ fn refraction(size: UVec2, frames: u32) -> anyhow::Result<()> {
     ] {
         for triangles in [16_000, 128_000] {
             let scene = scene(triangles)?;
-            let frame = frame(&scene, 0.01);
+            let frame = waves(&scene, 0.01);
             println!("{name}, {} triangles", scene.meshes[0].triangles.len());
             let mut times = Vec::new();
             for technique in [
@@ -240,9 +225,19 @@ fn refraction(size: UVec2, frames: u32) -> anyhow::Result<()> {
                 line(technique.name(), &t);
                 times.push((technique, t.total));
             }
-            let mut once = settings(Technique::TwoPhase, plain);
-            once.switches.narrow_steps = 1;
-            let one_look = time(&mut GpuRenderer::new(once), &scene, &frame, &view, frames)?;
+            let variant = |label: &str, change: &dyn Fn(&mut Settings)| -> anyhow::Result<f64> {
+                let mut settings = settings(Technique::TwoPhase, plain);
+                change(&mut settings);
+                let t = time(&mut GpuRenderer::new(settings), &scene, &frame, &view, frames)?;
+                line(label, &t);
+                Ok(t.total)
+            };
+            let rounds = [2, 3].map(|n| {
+                variant(&format!("two-phase, {n} rounds"), &|s| {
+                    s.switches.narrow_steps = n
+                })
+            });
+            let smooth = variant("two-phase, MSAA", &|s| s.switches.multisampled = true)?;
             let of = |which: Technique| {
                 times
                     .iter()
@@ -254,10 +249,13 @@ fn refraction(size: UVec2, frames: u32) -> anyhow::Result<()> {
                 "  two-phase / no-refraction {:.3}   (paper 1.03, 1.01; bar 1.10)",
                 two / of(Technique::NoRefraction)
             );
-            println!(
-                "  the same with one look-up, as the paper's, instead of three {:.3}",
-                one_look.total / of(Technique::NoRefraction)
-            );
+            for (n, t) in [2, 3].into_iter().zip(rounds) {
+                println!(
+                    "  the same with {n} rounds {:.3}",
+                    t? / of(Technique::NoRefraction)
+                );
+            }
+            println!("  with MSAA / without {:.3}", smooth / two);
             println!(
                 "  ray-traced / two-phase {:.2}   (paper 6.5, 20)",
                 of(Technique::Heightfield) / two
@@ -277,14 +275,14 @@ fn refraction(size: UVec2, frames: u32) -> anyhow::Result<()> {
 
 fn heightfield(size: UVec2, frames: u32) -> anyhow::Result<()> {
     let scene = scene(4_000)?;
-    let frame = frame(&scene, 0.01);
+    let frame = waves(&scene, 0.01);
     println!("heightfield: cost against water pixels");
     let mut renderer = GpuRenderer::from(Technique::Heightfield);
     let mut rows = Vec::new();
     for pitch in [0.0_f32, 0.15, 0.3, 0.5, 0.7] {
         let eye = Vec3::new(3.0, 2.2, 5.6);
         let view = view(size, eye, eye + Vec3::new(0.0, -pitch.sin(), -pitch.cos()));
-        let met = renderer.met(&scene, &frame, &view)?.unwrap_or_default();
+        let met = renderer.met(&scene, &frame, &view)?;
         let water = met.iter().filter(|m| m.water).count() as f64 / met.len().max(1) as f64;
         let t = time(&mut renderer, &scene, &frame, &view, frames)?;
         let pass = t
@@ -350,6 +348,47 @@ fn heightfield(size: UVec2, frames: u32) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Error against time of the ways in which rays find heightfields, over ground that they graze.
+fn walks(size: UVec2, frames: u32) -> anyhow::Result<()> {
+    let scene = tiled_pool::ridged(0.02)?;
+    let frame = waves(&scene, 0.025);
+    let view = view(size, Vec3::new(0.5, 1.7, 5.2), Vec3::new(3.1, -0.9, 2.0));
+    println!("walks over ridges: ms of the traced pass, FLIP mean against the pyramid's picture");
+    let mut exact: Option<Vec<Vec3>> = None;
+    let mut one = |label: &str, settings: Settings| -> anyhow::Result<()> {
+        let mut renderer = GpuRenderer::new(settings);
+        let t = time(&mut renderer, &scene, &frame, &view, frames)?;
+        let pass = t.passes.iter().find(|(n, _)| *n == "heightfield");
+        let mut image = Image::default();
+        renderer.render(&scene, &frame, &view, &mut image, &|_| true)?;
+        let shown = display(&image);
+        let truth = exact.get_or_insert_with(|| shown.clone());
+        let map = flip::flip(size, truth, &shown, flip::PIXELS_PER_DEGREE)?;
+        let mean = Summary::of(&map, None).map_or(f64::NAN, |s| s.mean);
+        let total = pass.map_or(t.total, |(_, v)| *v);
+        println!(
+            "  {label:<34} {total:>9.3} ms, FLIP {mean:.5}, {:.2} MiB held",
+            renderer.held_bytes() as f64 / 1_048_576.0
+        );
+        Ok(())
+    };
+    let base = Settings::new(Technique::Heightfield);
+    one("pyramid", base)?;
+    let heights = Heights::Sixteen;
+    one("pyramid, 16 bits", Settings { heights, ..base })?;
+    for (walk, name) in [(Walk::Safety, "one radius"), (Walk::SafetyMap, "radius a texel")] {
+        for safety_scale in [0.25, 0.5, 1.0, 2.0, 4.0] {
+            let settings = Settings {
+                walk,
+                safety_scale,
+                ..base
+            };
+            one(&format!("{name} x {safety_scale}"), settings)?;
+        }
+    }
+    Ok(())
+}
+
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
     let size = match arguments.next() {
@@ -370,7 +409,7 @@ fn main() -> anyhow::Result<()> {
     check(UVec2::new(320, 180).min(size))?;
     {
         let scene = scene(1_000)?;
-        let frame = frame(&scene, 0.01);
+        let frame = waves(&scene, 0.01);
         let mut renderer = GpuRenderer::from(Technique::NoRefraction);
         let view = view(
             UVec2::splat(64),
@@ -391,6 +430,7 @@ fn main() -> anyhow::Result<()> {
     println!("{} x {} pixels, median of {frames} frames", size.x, size.y);
     refraction(size, frames)?;
     heightfield(size, frames)?;
+    walks(size, frames)?;
     println!("all in {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
 }

@@ -5,6 +5,7 @@
 //! axis, with the block columns side by side: eight block columns are tested at once.
 
 use super::surface::{Patch, Surface};
+use fearless_simd::{Level, Simd, dispatch};
 use meniscus_sim::Grid;
 use rayon::prelude::*;
 
@@ -175,6 +176,7 @@ impl PairBounds {
     }
 }
 
+#[inline(always)]
 fn raise(acc: &mut f32, value: f32) {
     // Unlike `f32::max`, one instruction; a NaN that it passes over is found among the heights.
     if value > *acc {
@@ -189,6 +191,19 @@ impl Maxima {
     /// at most ¼ |T|, and where the walk crosses a row of samples by at most ¼ of the second difference across that row
     /// more. Two triangles leave the bilinear patch by at most another ¼ |T|.
     fn measure(&mut self, elevation: &Grid<f32>, patch: Patch, row: usize, blocks: &mut [[f32; 4]]) {
+        dispatch!(Level::new(), simd => self.measure_with(simd, elevation, patch, row, blocks));
+    }
+
+    /// Plain loops, which become as wide as the processor's vectors where they are compiled for them.
+    #[inline(always)]
+    fn measure_with<S: Simd>(
+        &mut self,
+        _: S,
+        elevation: &Grid<f32>,
+        patch: Patch,
+        row: usize,
+        blocks: &mut [[f32; 4]],
+    ) {
         let (width, depth) = (elevation.spec().width(), elevation.spec().height());
         let line = |j: usize| elevation.row(j);
         for (values, start) in [
@@ -236,6 +251,7 @@ impl Maxima {
     }
 
     /// Heights, second differences along X and steps along X of one row of samples.
+    #[inline(always)]
     fn extremes(&mut self, h: &[f32]) {
         for ((high, deep), &h) in self.high.iter_mut().zip(&mut self.deep).zip(h) {
             // NaN and infinity both make the maximum infinite, which the caller takes as not finite.
@@ -252,6 +268,7 @@ impl Maxima {
     }
 
     /// Second differences along Z.
+    #[inline(always)]
     fn kinks_across(&mut self, before: &[f32], h: &[f32], after: &[f32]) {
         for (((kink, a), b), c) in self.kink.iter_mut().zip(before).zip(h).zip(after) {
             raise(kink, (a - 2.0 * b + c).abs());
@@ -259,6 +276,7 @@ impl Maxima {
     }
 
     /// Twists of the cells between two rows, and steps along Z.
+    #[inline(always)]
     fn twists(&mut self, h: &[f32], after: &[f32]) {
         for ((step, a), b) in self.step.iter_mut().zip(h).zip(after) {
             raise(step, (b - a).abs());

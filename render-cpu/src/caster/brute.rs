@@ -29,26 +29,39 @@ impl BruteForce {
         Ok(brute)
     }
 
+    /// The ray in units of samples.
+    pub(super) fn local(&self, ray: &Ray) -> Local {
+        let p = self.surface.to_grid(ray.origin.x, ray.origin.z);
+        let spacing = self.surface.spacing();
+        Local {
+            x: p.x,
+            z: p.y,
+            y: ray.origin.y,
+            dx: ray.direction.x / spacing,
+            dz: ray.direction.z / spacing,
+            dy: ray.direction.y,
+        }
+    }
+
+    /// What there is to say of a hit at `t` in a cell.
+    pub(super) fn hit(&self, ray: &Ray, local: &Local, t: f64, (i, j): (u32, u32)) -> Hit {
+        let (u, v) = (
+            local.x + local.dx * t - f64::from(i),
+            local.z + local.dz * t - f64::from(j),
+        );
+        let point = ray.at(t);
+        let (height, normal) = self.surface.height_and_normal(i, j, u, v);
+        Hit {
+            t,
+            position: DVec3::new(point.x, height, point.z),
+            normal,
+            cell: (i, j),
+        }
+    }
+
     /// Smallest root within a cell.
-    fn cell(&self, local: &Local, i: u32, j: u32, t_min: f64, t_max: f64) -> Option<f64> {
-        let (mut t0, mut t1) = (t_min, t_max);
-        for (p, d, low) in [
-            (local.x, local.dx, f64::from(i)),
-            (local.z, local.dz, f64::from(j)),
-        ] {
-            if d == 0.0 {
-                if p < low || p > low + 1.0 {
-                    return None;
-                }
-            } else {
-                let (a, b) = ((low - p) / d, (low + 1.0 - p) / d);
-                t0 = t0.max(a.min(b));
-                t1 = t1.min(a.max(b));
-            }
-        }
-        if t0 > t1 || t0.is_nan() || t1.is_nan() {
-            return None;
-        }
+    pub(super) fn cell(&self, local: &Local, i: u32, j: u32, t_min: f64, t_max: f64) -> Option<f64> {
+        let (t0, t1) = local.clip([f64::from(i), f64::from(j)], 1.0, (t_min, t_max))?;
         let [a, b, c, d] = self.surface.corners(i, j);
         match self.surface.patch {
             Patch::Bilinear => {
@@ -86,16 +99,34 @@ impl BruteForce {
 }
 
 /// A ray in units of samples.
-struct Local {
+pub(super) struct Local {
     x: f64,
     z: f64,
-    y: f64,
-    dx: f64,
-    dz: f64,
-    dy: f64,
+    pub(super) y: f64,
+    pub(super) dx: f64,
+    pub(super) dz: f64,
+    pub(super) dy: f64,
 }
 
 impl Local {
+    /// The part of `span` over the square of that side with that low corner.
+    pub(super) fn clip(&self, low: [f64; 2], side: f64, span: (f64, f64)) -> Option<(f64, f64)> {
+        let (mut t0, mut t1) = span;
+        for (p, d, low) in [(self.x, self.dx, low[0]), (self.z, self.dz, low[1])] {
+            if d == 0.0 {
+                if p < low || p > low + side {
+                    return None;
+                }
+            } else {
+                let (a, b) = ((low - p) / d, (low + side - p) / d);
+                t0 = t0.max(a.min(b));
+                t1 = t1.min(a.max(b));
+            }
+        }
+        // Also of no number at all.
+        (t0 <= t1).then_some((t0, t1))
+    }
+
     /// [`SLACK`] cells in units of `t`.
     fn slack(&self) -> f64 {
         let speed = self.dx.abs().max(self.dz.abs());
@@ -130,16 +161,7 @@ impl Caster for BruteForce {
 
     /// As `Heightfield::cast`, save that a root where the ray starts counts.
     fn cast(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<Hit> {
-        let p = self.surface.to_grid(ray.origin.x, ray.origin.z);
-        let spacing = self.surface.spacing();
-        let local = Local {
-            x: p.x,
-            z: p.y,
-            y: ray.origin.y,
-            dx: ray.direction.x / spacing,
-            dz: ray.direction.z / spacing,
-            dy: ray.direction.y,
-        };
+        let local = self.local(ray);
         let mut best: Option<(f64, u32, u32)> = None;
         for j in 0..self.surface.cells_z() {
             for i in 0..self.surface.cells_x() {
@@ -151,18 +173,7 @@ impl Caster for BruteForce {
             }
         }
         let (t, i, j) = best?;
-        let (u, v) = (
-            local.x + local.dx * t - f64::from(i),
-            local.z + local.dz * t - f64::from(j),
-        );
-        let point = ray.at(t);
-        let (height, normal) = self.surface.height_and_normal(i, j, u, v);
-        Some(Hit {
-            t,
-            position: DVec3::new(point.x, height, point.z),
-            normal,
-            cell: (i, j),
-        })
+        Some(self.hit(ray, &local, t, (i, j)))
     }
 
     fn bytes(&self) -> usize {

@@ -30,6 +30,7 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod max_mip;
 mod route;
 mod samples;
 mod surface;
@@ -39,6 +40,7 @@ pub use brute::BruteForce;
 #[cfg(feature = "bvh")]
 pub use bvh::TriangleBvh;
 pub use heightfield::Heightfield;
+pub use max_mip::MaxMip;
 pub use meniscus_sim::stage::Ray;
 pub use surface::{HeightfieldError, Patch};
 

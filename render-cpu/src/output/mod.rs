@@ -1,8 +1,9 @@
-//! Writing pictures: PNG, EXR, animated GIF, and MP4 where `ffmpeg` is installed.
+//! Writing pictures: PNG, EXR, animated GIF and PNG, and MP4 where `ffmpeg` is installed.
 //!
 //! Every file is written under a temporary name beside its final one and renamed when it is whole, so that an
 //! interrupted run leaves no half picture under the final name.
 
+mod apng;
 mod exr;
 mod gif;
 mod mp4;
@@ -10,7 +11,8 @@ mod palette;
 mod png;
 mod staged;
 
-pub use self::exr::{Channel, write_exr};
+pub use self::apng::ApngWriter;
+pub use self::exr::{Channel, ExrExtras, ExrFile, read_exr, write_exr, write_exr_with};
 pub use self::gif::GifWriter;
 pub use self::mp4::Mp4Writer;
 pub use self::png::write_png;
@@ -39,6 +41,14 @@ pub enum OutputError {
         /// The file.
         path: PathBuf,
         /// What the encoder says.
+        message: String,
+    },
+    /// A file is no picture that can be read.
+    #[error("{}: cannot decode: {message}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder says.
         message: String,
     },
     /// The picture has a size that the format or this program cannot take.

@@ -77,6 +77,64 @@ fn an_exr_holds_radiance_and_more_channels_exactly() {
     assert!(short.to_string().contains("132 pixels"), "{short}");
 }
 
+/// Frames, their delay and every pixel; also where fewer frames came than were announced.
+#[test]
+fn an_apng_has_its_frames_its_rate_and_exactly_its_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    let size = UVec2::new(31, 12);
+    let map = ToneMap::new(0.0);
+    for (announced, pushed) in [(5_u64, 5_u32), (9, 4), (3, 1)] {
+        let path = folder.path().join(format!("{announced}.apng"));
+        let mut apng = ApngWriter::create(&path, size, 24.0, announced).unwrap();
+        for k in 0..pushed {
+            apng.push(&gradient(size, 0.2 * k as f32), &map).unwrap();
+        }
+        assert!(apng.push(&Image::new(UVec2::splat(3)), &map).is_err());
+        apng.finish().unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+        let mut reader = ::png::Decoder::new(file).read_info().unwrap();
+        assert_eq!(reader.info().animation_control().unwrap().num_frames, pushed);
+        for k in 0..pushed {
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            assert_eq!(pixels, map.image(&gradient(size, 0.2 * k as f32)), "frame {k}");
+            let delay = reader.info().frame_control().unwrap();
+            let seconds = f64::from(delay.delay_num) / f64::from(delay.delay_den);
+            assert!((seconds * 24.0 - 1.0).abs() < 1e-3, "{delay:?}");
+        }
+        assert!(reader.next_frame(&mut vec![0; 4096]).is_err());
+    }
+    for rate in [0.0, -1.0, f64::NAN, 2000.0] {
+        let refused = ApngWriter::create(&folder.path().join("r.apng"), size, rate, 1).unwrap_err();
+        assert!(refused.to_string().contains("frames a second"), "{refused}");
+    }
+}
+
+/// Whole numbers and texts come back as they were written.
+#[test]
+fn an_exr_gives_back_counts_and_attributes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let image = gradient(UVec2::new(5, 3), 1.0);
+    let counts = [("state.n", (0..15_u32).map(|k| u32::MAX - k).collect::<Vec<_>>())];
+    let attributes = [("seed", u64::MAX.to_string()), ("passes", "7".to_owned())];
+    let extras = ExrExtras {
+        channels: &[],
+        counts: &counts,
+        attributes: &attributes,
+    };
+    write_exr_with(&path, &image, &extras).unwrap();
+    let read = read_exr(&path).unwrap();
+    assert_eq!(read.image, image);
+    assert_eq!(read.counts["state.n"], counts[0].1);
+    assert_eq!(read.attributes["seed"], attributes[0].1);
+    assert_eq!(read.attributes["passes"], "7");
+    std::fs::write(&path, [0; 100]).unwrap();
+    assert!(read_exr(&path).unwrap_err().to_string().contains("cannot decode"));
+    let gone = read_exr(&folder.path().join("gone.exr")).unwrap_err();
+    assert!(matches!(gone, OutputError::Io { .. }), "{gone}");
+}
+
 #[test]
 fn a_gif_has_its_frames_its_rate_and_nearly_its_colours() {
     let folder = tempfile::tempdir().unwrap();

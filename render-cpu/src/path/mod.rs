@@ -7,6 +7,7 @@
 //! | sun through waves | every way that it can take is solved for ([`manifold`]); other ways by chance |
 //! | sky | rays that leave, and directions chosen by its light ([`dome`]), weighted by the balance heuristic |
 //! | water body | absorption on every way; the first way through water also scatters once (isotropic by the similarity relation) |
+//! | models with a gloss | GGX over a matt base, chosen and looked at from both sides ([`scatter`]) |
 //! | droplets | reflection and refraction inside and out, as often as it takes |
 //! | air | the haze of [`whitted`](crate::whitted) |
 //!
@@ -15,6 +16,7 @@
 
 mod dome;
 mod manifold;
+mod scatter;
 mod tracer;
 
 use crate::caster::Ray;

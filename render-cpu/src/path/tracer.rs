@@ -3,6 +3,7 @@
 use super::Settings;
 use super::dome::Dome;
 use super::manifold::Manifold;
+use super::scatter::Scatter;
 use crate::caster::Ray;
 use crate::sky::Sun;
 use crate::stage::air;
@@ -230,7 +231,11 @@ impl Tracer<'_> {
                 None => false,
             },
             What::Wall => self.matt(walk, &Matt::flat(hit, self.world.look.wall(), hair)),
-            What::Object { shading, color } => {
+            What::Object {
+                shading,
+                color,
+                shine,
+            } => {
                 // A hole in a model may show its inside: both normals turn to the ray.
                 let away = hit.normal.dot(walk.ray.direction) > 0.0;
                 let sign = if away { -1.0 } else { 1.0 };
@@ -242,7 +247,11 @@ impl Tracer<'_> {
                     normal: (sign * shading).as_vec3(),
                     ..Matt::flat(&facing, color, 1e3 * hair)
                 };
-                self.matt(walk, &matt)
+                let scatter = shine.map(|shine| {
+                    let out = -walk.ray.direction.as_vec3();
+                    Scatter::glossy(matt.normal, color, shine, out)
+                });
+                self.scatter(walk, &matt, scatter.unwrap_or(Scatter::matt(matt.normal, color)))
             }
             What::Droplet { centre, radius } => self.droplet(walk, hit, centre, radius),
         }
@@ -301,39 +310,40 @@ impl Tracer<'_> {
         true
     }
 
-    /// A matt surface: light that falls on it from where it is likely, and one more direction by chance.
     fn matt(&mut self, walk: &mut Walk, matt: &Matt) -> bool {
+        self.scatter(walk, matt, Scatter::matt(matt.normal, matt.albedo))
+    }
+
+    /// An opaque surface: light that falls on it from where it is likely, and one more direction by chance.
+    fn scatter(&mut self, walk: &mut Walk, matt: &Matt, scatter: Scatter) -> bool {
         if self.settings.glow {
             walk.found += walk.share * matt.albedo;
             return false;
         }
         let origin = matt.position + matt.lift * matt.geometric;
-        let share = walk.share * matt.albedo;
         match walk.medium {
             Medium::Air => {
-                walk.found += share / PI * (self.sun_above(matt, origin) + self.sky_above(matt, origin))
+                let light = self.sun_above(matt, &scatter, origin) + self.sky_above(matt, &scatter, origin);
+                walk.found += walk.share * light;
             }
             Medium::Water => {
-                if let Some((direction, irradiance)) = self.sun_way(origin) {
-                    let cos = matt.normal.dot(direction);
-                    if cos > 0.0 && matt.geometric.dot(direction.as_dvec3()) > 0.0 {
-                        walk.found += share / PI * cos * irradiance;
-                    }
+                if let Some((direction, irradiance)) = self.sun_way(origin)
+                    && matt.geometric.dot(direction.as_dvec3()) > 0.0
+                {
+                    walk.found += walk.share * scatter.share(direction) * irradiance;
                 }
             }
         }
-        // In proportion to the cosine: what is left is the albedo.
-        let direction = self.around(matt.normal);
-        if matt.geometric.dot(direction.as_dvec3()) <= 0.0 {
+        let direction = scatter.choose(&mut self.rng);
+        let density = scatter.density(direction);
+        if !(density > 0.0) || matt.geometric.dot(direction.as_dvec3()) <= 0.0 {
             return false;
         }
         walk.looked = match walk.medium {
-            Medium::Air => Looked::InAir {
-                density: matt.normal.dot(direction).max(0.0) / PI,
-            },
+            Medium::Air => Looked::InAir { density },
             Medium::Water => self.looked_below(),
         };
-        walk.share = share;
+        walk.share *= scatter.share(direction) / density;
         walk.ray = Ray {
             origin,
             direction: direction.as_dvec3().normalize(),
@@ -348,31 +358,31 @@ impl Tracer<'_> {
         }
     }
 
-    /// Irradiance by the sun of a surface in air.
-    fn sun_above(&mut self, matt: &Matt, origin: DVec3) -> Vec3 {
+    /// What a surface in air sends on of the sun's light.
+    fn sun_above(&mut self, matt: &Matt, scatter: &Scatter, origin: DVec3) -> Vec3 {
         let Some(sun) = self.world.light.sun else {
             return Vec3::ZERO;
         };
         let (towards, light) = self.sun_point(&sun);
-        let cos = matt.normal.dot(towards);
-        if cos > 0.0 && matt.geometric.dot(towards.as_dvec3()) > 0.0 && self.open(origin, towards) {
-            light * cos
+        let share = scatter.share(towards);
+        if share != Vec3::ZERO && matt.geometric.dot(towards.as_dvec3()) > 0.0 && self.open(origin, towards) {
+            light * share
         } else {
             Vec3::ZERO
         }
     }
 
-    /// Irradiance by the sky of a surface in air, by a direction that the sky's light chose, weighted against the one
+    /// What a surface in air sends on of the sky's light, by a direction that the sky's light chose, weighted against the one
     /// that the surface will choose.
-    fn sky_above(&mut self, matt: &Matt, origin: DVec3) -> Vec3 {
+    fn sky_above(&mut self, matt: &Matt, scatter: &Scatter, origin: DVec3) -> Vec3 {
         let Some(dome) = self.dome else {
             return Vec3::ZERO;
         };
         let (towards, density) = dome.choose(std::array::from_fn(|_| self.rng.uniform_f32()));
-        let cos = matt.normal.dot(towards);
-        if cos > 0.0 && matt.geometric.dot(towards.as_dvec3()) > 0.0 && self.open(origin, towards) {
-            let weight = density / (density + cos / PI);
-            self.world.light.sky.radiance(towards, 0.0) * (cos * weight / density)
+        let share = scatter.share(towards);
+        if share != Vec3::ZERO && matt.geometric.dot(towards.as_dvec3()) > 0.0 && self.open(origin, towards) {
+            // The weight of the balance heuristic over the density.
+            self.world.light.sky.radiance(towards, 0.0) * share / (density + scatter.density(towards))
         } else {
             Vec3::ZERO
         }
@@ -453,14 +463,6 @@ impl Tracer<'_> {
             direction = reflect(direction, inwards);
         }
         false
-    }
-
-    /// A direction about `normal`, with density cosθ/π.
-    fn around(&mut self, normal: Vec3) -> Vec3 {
-        let (u, angle) = (self.rng.uniform_f32(), TAU * self.rng.uniform_f32());
-        let (a, b) = normal.any_orthonormal_pair();
-        let r = u.sqrt();
-        (r * (angle.cos() * a + angle.sin() * b) + (1.0 - u).max(0.0).sqrt() * normal).normalize()
     }
 
     /// Any direction, all alike.

@@ -76,6 +76,7 @@ impl Stage {
         let mut lens = Lens::new(view)?;
         frame.check_finite()?;
         let start = Instant::now();
+        let scene = &*scene.at(frame.time);
         let fingerprint = fingerprint(scene);
         if self.fixed.as_ref().is_none_or(|f| f.fingerprint != fingerprint) {
             self.fixed = Some(Fixed::build(scene, fingerprint)?);
@@ -229,6 +230,7 @@ pub(crate) mod tests_support {
             boundary: Boundary::default(),
             layers: Vec::new(),
             detail: None,
+            horizon: None,
             objects: Vec::new(),
             light: Light::default(),
             cameras: Vec::new(),

@@ -1,9 +1,9 @@
 //! Solid objects: spheres, boxes and cylinders in closed form, models as triangles under a bounding-volume hierarchy.
 
 use crate::caster::Ray;
-use glam::{DMat3, DVec3, Vec3, Vec3A};
+use glam::{DMat3, DVec3, Vec2, Vec3, Vec3A};
 use meniscus_sim::frame::Frame;
-use meniscus_sim::mesh::TriangleMesh;
+use meniscus_sim::mesh::{Material, Shine, TriangleMesh};
 use meniscus_sim::scene::Scene;
 use meniscus_sim::scene::description::Shape;
 use meniscus_sim::stage::objects::standing;
@@ -20,7 +20,12 @@ pub(crate) struct ObjectHit {
     pub(crate) normal: DVec3,
     pub(crate) shading: DVec3,
     pub(crate) color: Vec3,
+    /// Gloss over the colour, of models that have one.
+    pub(crate) shine: Option<Shine>,
 }
+
+/// Colour and gloss of a point.
+type Look = (Vec3, Option<Shine>);
 
 /// A triangle mesh ready for rays, in its own axes.
 pub(crate) struct Model {
@@ -28,6 +33,9 @@ pub(crate) struct Model {
     /// Corners and vertex normals in the order of the hierarchy's leaves.
     corners: Vec<[Vec3; 3]>,
     normals: Vec<[Vec3; 3]>,
+    /// Look of each triangle and where it is in it, where the mesh has more than one colour.
+    looks: Vec<(u16, [Vec2; 3])>,
+    materials: Vec<Material>,
     radius: f64,
 }
 
@@ -44,7 +52,8 @@ impl Model {
     pub(crate) fn build(mesh: &TriangleMesh) -> Option<Self> {
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         let mut normals = Vec::with_capacity(mesh.triangles.len());
-        for triangle in &mesh.triangles {
+        let mut looks = Vec::new();
+        for (k, triangle) in mesh.triangles.iter().enumerate() {
             let index = triangle.map(|k| k as usize);
             let Some(p) = gather(&mesh.positions, index) else {
                 continue;
@@ -54,6 +63,9 @@ impl Model {
                 continue;
             }
             corners.push(p);
+            if let Some(&material) = mesh.material_of.get(k) {
+                looks.push((material, gather(&mesh.texcoords, index).unwrap_or_default()));
+            }
             normals.push(gather(&mesh.normals, index).unwrap_or([face.normalize(); 3]));
         }
         if corners.is_empty() {
@@ -76,6 +88,12 @@ impl Model {
         Some(Self {
             corners: bvh.primitive_indices.iter().map(|k| corners[order(k)]).collect(),
             normals: bvh.primitive_indices.iter().map(|k| normals[order(k)]).collect(),
+            looks: bvh
+                .primitive_indices
+                .iter()
+                .filter_map(|k| looks.get(order(k)).copied())
+                .collect(),
+            materials: mesh.materials.clone(),
             bvh,
             radius: f64::from(radius) * (1.0 + 1e-6),
         })
@@ -87,8 +105,9 @@ impl Model {
         triangles * (36 + 36 + 64 + 4)
     }
 
-    /// First triangle that a ray in the model's axes meets: `(t, geometric normal, interpolated normal)`.
-    fn cast(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, DVec3, DVec3)> {
+    /// First triangle that a ray in the model's axes meets: `(t, geometric normal, interpolated normal)`, and its colour
+    /// where it has one of its own.
+    fn cast(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<(f64, DVec3, DVec3, Option<Look>)> {
         // The hierarchy works in f32 and only finds candidates: its boxes are widened by the ray's rounding.
         let mut best: Option<(f64, usize)> = None;
         let mut limit = t_max;
@@ -120,11 +139,16 @@ impl Model {
         let n = self.normals[k].map(Vec3::as_dvec3);
         let smooth = (1.0 - w1 - w2) * n[0] + w1 * n[1] + w2 * n[2];
         let face = face.normalize();
-        Some((t, face, smooth.try_normalize().unwrap_or(face)))
+        let color = self.looks.get(k).and_then(|(material, uv)| {
+            let at = (1.0 - w1 - w2) as f32 * uv[0] + w1 as f32 * uv[1] + w2 as f32 * uv[2];
+            let material = self.materials.get(usize::from(*material))?;
+            Some((material.color_at(at), material.shine))
+        });
+        Some((t, face, smooth.try_normalize().unwrap_or(face), color))
     }
 }
 
-fn gather(values: &[Vec3], index: [usize; 3]) -> Option<[Vec3; 3]> {
+fn gather<T: Copy>(values: &[T], index: [usize; 3]) -> Option<[T; 3]> {
     Some([
         *values.get(index[0])?,
         *values.get(index[1])?,
@@ -220,6 +244,7 @@ impl Placed {
         }
         let o = self.body_from_world * -to;
         let d = self.body_from_world * ray.direction;
+        let (mut color, mut shine) = (self.color, None);
         let (t, normal, shading) = match &self.geometry {
             Geometry::Sphere { radius } => {
                 let t = sphere(o, d, *radius)?;
@@ -234,13 +259,18 @@ impl Placed {
                 let (t, n) = cylinder(o, d, *radius, *half)?;
                 (t, n, n)
             }
-            Geometry::Model(model) => model.cast(o, d, t_max)?,
+            Geometry::Model(model) => {
+                let (t, normal, shading, own) = model.cast(o, d, t_max)?;
+                (color, shine) = own.unwrap_or((color, shine));
+                (t, normal, shading)
+            }
         };
         (t <= t_max).then(|| ObjectHit {
             t,
             normal: self.world_from_body * normal,
             shading: self.world_from_body * shading,
-            color: self.color,
+            color,
+            shine,
         })
     }
 }

@@ -6,6 +6,7 @@ use super::surface::Surface;
 use crate::caster::Ray;
 use glam::{DVec2, DVec3, Vec3};
 use meniscus_sim::Grid;
+use meniscus_sim::mesh::Shine;
 use meniscus_sim::stage::ground::Ground;
 use meniscus_sim::stage::light::Light;
 use meniscus_sim::stage::surroundings::Edges;
@@ -31,6 +32,7 @@ pub(crate) enum What {
     Object {
         shading: DVec3,
         color: Vec3,
+        shine: Option<Shine>,
     },
     Droplet {
         centre: DVec3,
@@ -107,6 +109,7 @@ impl World<'_> {
                 let what = What::Object {
                     shading: hit.shading,
                     color: hit.color,
+                    shine: hit.shine,
                 };
                 take(solid(ray, hit.t, hit.normal, what), &mut limit);
             }

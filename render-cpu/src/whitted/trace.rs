@@ -110,7 +110,7 @@ impl Tracer<'_> {
                 let albedo = self.world.look.wall();
                 self.lit(&Matt::flat(hit, albedo, self.world.hair), path.medium)
             }
-            What::Object { shading, color } => {
+            What::Object { shading, color, .. } => {
                 // A hole in a model may show its inside: both normals turn to the ray.
                 let away = hit.normal.dot(path.ray.direction) > 0.0;
                 let sign = if away { -1.0 } else { 1.0 };

@@ -40,6 +40,7 @@ pub(crate) fn scene(spec: GridSpec) -> Scene {
             boundary: open,
             layers: Vec::new(),
             detail: None,
+            horizon: None,
             objects: Vec::new(),
             light: Light {
                 sun: None,
@@ -105,4 +106,38 @@ pub(crate) fn draw(
             .all(|p| p.is_finite() && p.min_element() >= 0.0)
     );
     (image, report)
+}
+
+/// The scene of the paper with `count` of its waves: rings of wave particles as dense as can be, whose profile is its
+/// equation (4), grown for `time` seconds at 1.5 m/s.
+pub(crate) fn rings(scene: &Scene, count: usize, time: f64) -> Frame {
+    let starts: Vec<(f64, Vec2)> = scene
+        .description
+        .events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Drop { time, position, .. } => Some((*time, *position)),
+            _ => None,
+        })
+        .collect();
+    frame(scene.grid, |p| {
+        (0..count)
+            .map(|k| {
+                // After the scene's own waves the same again, a step aside.
+                let (start, place) = starts[k % starts.len()];
+                let round = (k / starts.len()) as f32;
+                let centre = (place + Vec2::new(3.0, 1.7) * round).rem_euclid(Vec2::splat(24.0));
+                let radius = 1.5 * (time - start).max(0.0) as f32;
+                let off = (p.distance(centre) - radius).abs();
+                let amplitude = 0.35 / (1.0 + radius).sqrt();
+                // Half the width of a wave, metres.
+                let reach = 1.2;
+                if off < reach {
+                    0.5 * amplitude * ((std::f32::consts::PI * off / reach).cos() + 1.0)
+                } else {
+                    0.0
+                }
+            })
+            .sum()
+    })
 }

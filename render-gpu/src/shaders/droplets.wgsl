@@ -13,5 +13,5 @@ fn droplets(@builtin(position) place: vec4f) -> Drawn {
     if ball.x >= FAR || stage.medium != AIR {
         discard;
     }
-    return Drawn(vec4f(trace(primary_path(at)).radiance, 1.0), depth_of(stage.eye + ball.x * d));
+    return Drawn(target_value(trace(primary_path(at)).radiance), depth_of(stage.eye + ball.x * d));
 }

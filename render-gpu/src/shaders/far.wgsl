@@ -21,16 +21,17 @@ fn far_vertex(@builtin(vertex_index) k: u32) -> Corner {
 fn far(in: Corner) -> Beyond {
     let face = cross(dpdx(in.position), dpdy(in.position));
     let in_air = stage.medium == AIR;
-    let surface = field_height(WATER_FIELD, in.position.xz);
+    let p = fragment_place(in.position);
+    let surface = field_height(WATER_FIELD, p.xz);
     let level = stage.fields[WATER_FIELD].level;
     // A little is kept beyond the waterline, where waves may look.
-    let kept = select(in.position.y > min(surface, level) - stage.hair, in.position.y < max(surface, level) + stage.hair, in_air);
+    let kept = select(p.y > min(surface, level) - stage.hair, p.y < max(surface, level) + stage.hair, in_air);
     if !kept {
         discard;
     }
-    let to = in.position - stage.eye;
+    let to = p - stage.eye;
     let distance = length(to);
     let medium = select(AIR, WATER, in_air);
-    var matt = fragment_matt(in.position, in.normal, in.color, normalize(face), to / distance, stage.spread * distance, medium);
-    return Beyond(vec4f(lit(matt), 1.0), vec4f(in.position, 1.0), vec4f(matt.geometric, 1.0));
+    var matt = fragment_matt(p, in.normal, in.color, normalize(face), to / distance, stage.spread * distance, medium);
+    return Beyond(vec4f(lit(matt), 1.0), vec4f(p, 1.0), vec4f(matt.geometric, 1.0));
 }

@@ -10,14 +10,17 @@ fn near_vertex(@builtin(vertex_index) k: u32) -> Corner {
 fn near(in: Corner) -> @location(0) vec4f {
     let face = cross(dpdx(in.position), dpdy(in.position));
     let in_air = stage.medium == AIR;
-    if is_in_water(in.position) == in_air {
+    // Samples of one pixel lie on both sides of the waterline: a pixel more is drawn, which the water then covers.
+    let margin = select(0.0, fwidth(in.position.y), MULTISAMPLED) * select(-1.0, 1.0, in_air);
+    let p = fragment_place(in.position);
+    if is_in_water(p + vec3f(0.0, margin, 0.0)) == in_air {
         discard;
     }
-    let to = in.position - stage.eye;
+    let to = p - stage.eye;
     let distance = length(to);
     let d = to / distance;
     let width = stage.spread * distance;
-    let matt = fragment_matt(in.position, in.normal, in.color, normalize(face), d, width, stage.medium);
+    let matt = fragment_matt(p, in.normal, in.color, normalize(face), d, width, stage.medium);
     var radiance = lit(matt);
     if in_air {
         let left = air_transmittance(distance);
@@ -26,5 +29,5 @@ fn near(in: Corner) -> @location(0) vec4f {
         radiance = radiance * transmittance(stage.extinction, distance)
             + scattered(depth_below(stage.eye), -d.y, distance);
     }
-    return vec4f(radiance, 1.0);
+    return target_value(radiance);
 }

@@ -1,15 +1,5 @@
 // One level of the minimum-maximum pyramid: bounds of 2^level × 2^level patches, from the level below or the samples.
 
-struct Which {
-    field: u32,
-    level: u32,
-    unused0: u32,
-    unused1: u32,
-}
-
-@group(0) @binding(10) var<uniform> which: Which;
-@group(0) @binding(11) var<storage, read_write> fields: array<f32>;
-
 fn level_offset(f: u32, level: u32) -> u32 {
     return stage.fields[f].pyramid[(level - 1u) / 4u][(level - 1u) % 4u];
 }
@@ -31,7 +21,7 @@ fn pyramid(@builtin(global_invocation_id) at: vec3u) {
         for (var b = 0u; b < 3u; b++) {
             for (var a = 0u; a < 3u; a++) {
                 let s = min(2u * at.xy + vec2u(a, b), cells);
-                let h = fields[stage.fields[f].heights + s.y * size.x + s.x];
+                let h = stored(f, s.x, s.y);
                 low = min(low, h);
                 high = max(high, h);
             }
@@ -42,13 +32,11 @@ fn pyramid(@builtin(global_invocation_id) at: vec3u) {
         for (var b = 0u; b < 2u; b++) {
             for (var a = 0u; a < 2u; a++) {
                 let s = min(2u * at.xy + vec2u(a, b), below - 1u);
-                let k = offset + 2u * (s.y * below.x + s.x);
-                low = min(low, fields[k]);
-                high = max(high, fields[k + 1u]);
+                let bounds = stored_bounds(f, offset, s.y * below.x + s.x);
+                low = min(low, bounds.x);
+                high = max(high, bounds.y);
             }
         }
     }
-    let k = level_offset(f, level) + 2u * (at.y * blocks.x + at.x);
-    fields[k] = low;
-    fields[k + 1u] = high;
+    keep_bounds(f, level_offset(f, level), at.y * blocks.x + at.x, vec2f(low, high));
 }

@@ -1,27 +1,5 @@
 // Slope at every sample: fourth-order differences, lower at the ends of a row that does not repeat.
 
-struct Which {
-    field: u32,
-    level: u32,
-    unused0: u32,
-    unused1: u32,
-}
-
-@group(0) @binding(10) var<uniform> which: Which;
-@group(0) @binding(11) var<storage, read_write> fields: array<f32>;
-
-fn value(i: i32, j: i32, size: vec2i, periodic: vec2<bool>) -> f32 {
-    let f = which.field;
-    let a = wrap(i, size.x, periodic.x);
-    let b = wrap(j, size.y, periodic.y);
-    return fields[stage.fields[f].heights + u32(b * size.x + a)];
-}
-
-fn wrap(k: i32, n: i32, periodic: bool) -> i32 {
-    let last = max(n - 1, 1);
-    return select(clamp(k, 0, n - 1), (k % last + last) % last, periodic);
-}
-
 fn difference(g: vec4f, k: i32, n: i32, periodic: bool) -> f32 {
     if n < 2 {
         return 0.0;
@@ -48,8 +26,7 @@ fn slopes(@builtin(global_invocation_id) at: vec3u) {
         x[k] = value(p.x + d, p.y, size, periodic);
         z[k] = value(p.x, p.y + d, size, periodic);
     }
-    let out = stage.fields[f].slopes + 2u * u32(p.y * size.x + p.x);
     let scale = 1.0 / stage.fields[f].spacing;
-    fields[out] = scale * difference(x, p.x, size.x, periodic.x);
-    fields[out + 1u] = scale * difference(z, p.y, size.y, periodic.y);
+    let slope = scale * vec2f(difference(x, p.x, size.x, periodic.x), difference(z, p.y, size.y, periodic.y));
+    keep_pair(stage.fields[f].slopes, u32(p.y * size.x + p.x), slope);
 }

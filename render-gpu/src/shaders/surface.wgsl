@@ -34,7 +34,7 @@ fn surface_vertex(@builtin(vertex_index) k: u32, @builtin(instance_index) tile: 
         let periodic = f.periodic != vec2u(0u);
         let g = vec2f(clamp(vec2i(at) - 1, vec2i(0), vec2i(n)));
         var q = f.low + g / vec2f(n) * (f.high - f.low);
-        let y = heights[f.heights + u32(g.y) * f.size.x + u32(g.x)];
+        let y = sample_at(WATER_FIELD, u32(g.x), u32(g.y));
         let outer = select(vec2f(0.0), vec2f(reach), at == last) - select(vec2f(0.0), vec2f(reach), at == vec2u(0u));
         let side = which.c;
         let shift = vec2f(vec2i(vec2u(tile % side, tile / side)) - i32(side / 2u)) * f.period;
@@ -72,6 +72,12 @@ fn look(on_mesh: vec3f) -> Looked {
     if which.kind == WATER_MESH {
         p.y = field_height(WATER_FIELD, p.xz);
     }
+    // Triangles of deck and wall leave cracks between them: no water is behind those.
+    let within = within_sides(p);
+    if which.kind == WATER_MESH {
+        // Rays that start on a wall would begin behind it by a rounding.
+        p = inside_walls(p);
+    }
     let to = p - stage.eye;
     let distance = length(to);
     let d = to / distance;
@@ -87,8 +93,7 @@ fn look(on_mesh: vec3f) -> Looked {
     if !glass {
         foam = foam_cover(p.xz);
     }
-    // Triangles of deck and wall leave cracks between them: no water is behind those.
-    if !within_sides(p) {
+    if !within {
         foam = -1.0;
     }
     return Looked(p, d, distance, water_interface(d, p, normal, glass), foam);
@@ -155,7 +160,7 @@ fn surface(in: SurfaceCorner) -> @location(0) vec4f {
         radiance = radiance * transmittance(stage.extinction, it.distance)
             + scattered(depth_below(stage.eye), -it.d.y, it.distance);
     }
-    return vec4f(radiance, 1.0);
+    return target_value(radiance);
 }
 
 struct Met {

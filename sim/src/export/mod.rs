@@ -13,7 +13,7 @@
 //!
 //! Arrays of the NPZ archive: `time[f]` in seconds, `frame[f]` (numbers of the frames), `x[nx]` and `z[nz]` in metres
 //! (all `float64` but `frame`), `elevation[f,nz,nx]` and `ground[nz,nx]` in metres above datum (ground is −∞ where
-//! the water has no bed), and each optional channel that the frames hold: `depth[f,nz,nx]`, `velocity[f,nz,nx,2]`,
+//! the water has no bed, and that of the first frame where it moves), and each optional channel that the frames hold: `depth[f,nz,nx]`, `velocity[f,nz,nx,2]`,
 //! `displacement[f,nz,nx,2]`, `foam[f,nz,nx]` and `bodies[f,n,13]`, with position (3), rotation as a quaternion x, y,
 //! z, w (4), velocity (3) and angular velocity (3). Droplets are flat, frame after frame: those of frame f are
 //! `droplets_offset[f]` to `droplets_offset[f + 1]` of `droplets_position[·,3]`, `droplets_velocity[·,3]` and
@@ -220,10 +220,10 @@ pub fn write(
         }
         frame.check_finite()?;
         let now = (*frame.spec(), frame.channels());
-        let first = *shape.get_or_insert_with(|| {
-            ground = ground_under(scene, frame.spec());
-            now
-        });
+        if shape.is_none() || scene.ground_moves() {
+            ground = ground_under(&scene.at(frame.time), frame.spec());
+        }
+        let first = *shape.get_or_insert(now);
         if now != first {
             return Err(ExportError::Changed {
                 frame: frame.index,

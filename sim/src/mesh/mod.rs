@@ -4,12 +4,14 @@
 mod closed;
 mod model;
 mod primitives;
+mod texture;
 
 pub use model::{MeshError, MeshErrorKind, load_gltf};
+pub use texture::{Material, Shine, Texture, Wrap};
 
 use glam::{Vec2, Vec3};
 
-/// Triangles with one base colour, in the object's own axes, metres.
+/// Triangles with their colours, in the object's own axes, metres.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     /// Vertex positions in metres.
@@ -20,8 +22,12 @@ pub struct TriangleMesh {
     pub texcoords: Vec<Vec2>,
     /// Vertex indices of each triangle, anticlockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Linear-light base colour, 0 to 1.
+    /// Linear-light base colour, 0 to 1; of a mesh with materials a mean of theirs.
     pub base_color: Vec3,
+    /// What parts of the mesh look like; empty where all of it has the base colour. Recordings do not hold them.
+    pub materials: Vec<Material>,
+    /// Number of the material of each triangle; empty where there are none.
+    pub material_of: Vec<u16>,
 }
 
 /// Base colour of primitives and of models that have none.
@@ -44,6 +50,9 @@ pub enum InvalidMesh {
         /// Its length.
         found: usize,
     },
+    /// Triangles and their materials do not belong together, or a texture has another size than it says.
+    #[error("the mesh's materials or their textures are not whole")]
+    Materials,
     /// A triangle names a vertex that is not there.
     #[error("triangle {triangle} names vertex {index}, the mesh has {count}")]
     Index {
@@ -97,6 +106,18 @@ impl TriangleMesh {
                     count,
                 });
             }
+        }
+        let none = self.materials.is_empty() && self.material_of.is_empty();
+        let named = |k: &u16| usize::from(*k) < self.materials.len();
+        let each = self.material_of.len() == self.triangles.len() && self.material_of.iter().all(named);
+        let whole = |m: &Material| {
+            m.texture.as_ref().is_none_or(|t| {
+                let texels = u64::from(t.size.x) * u64::from(t.size.y);
+                texels > 0 && texels == t.texels.len() as u64 && !self.texcoords.is_empty()
+            })
+        };
+        if !(none || each && self.materials.iter().all(whole)) {
+            return Err(InvalidMesh::Materials);
         }
         let bad = |what, at: Option<usize>| {
             at.map_or(Ok(()), |vertex| Err(InvalidMesh::NotFinite { vertex, what }))

@@ -5,7 +5,7 @@ use super::plane::{self, Layout};
 use crate::frame::Channels;
 use crate::grid::{Grid, GridSpec};
 use crate::mesh::TriangleMesh;
-use crate::scene::description::Description;
+use crate::scene::description::{Bed, Description};
 use crate::scene::{Panorama, Scene};
 use glam::{UVec2, Vec2, Vec3};
 use half::f16;
@@ -59,6 +59,17 @@ pub(super) fn encode(scene: &Scene, channels: Channels, out: &mut Vec<u8>) -> Re
             return Err("the initial elevation stands on another grid than the scene".to_owned());
         }
         pack.grid(initial)?;
+    }
+    if ![0, uplifts(&scene.description)].contains(&scene.uplifts.len()) {
+        return Err("an array of heights by which the ground rises is not there".to_owned());
+    }
+    for uplift in &scene.uplifts {
+        if uplift.spec() != &scene.grid {
+            return Err(
+                "an array by which the ground rises stands on another grid than the scene".to_owned(),
+            );
+        }
+        pack.grid(uplift)?;
     }
     let stored = StoredHeader {
         producer: concat!("meniscus ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -214,7 +225,16 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
     if !(stored.tolerance.is_finite() && stored.tolerance >= 0.0) {
         return Err(format!("its tolerance is {}", stored.tolerance).into());
     }
-    let layouts = layouts(&stored, grid, terrain)?;
+    let name = Path::new("scene of the recording");
+    let description = Description::of_recording(&stored.scene, name).map_err(|e| e.to_string())?;
+    let mut layouts = layouts(&stored, grid, terrain)?;
+    // Files without these arrays were written before they were kept.
+    let kept = stored.planes.len() > layouts.len();
+    let uplifts = if kept { uplifts(&description) } else { 0 };
+    layouts.extend(std::iter::repeat_n(
+        Layout::new(grid.len(), grid.width()),
+        uplifts,
+    ));
     if layouts.len() != stored.planes.len() {
         return Err(format!(
             "it has {} arrays instead of {}",
@@ -248,10 +268,12 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
         .has_initial_elevation
         .then(|| unpack.grid(grid))
         .transpose()?;
-    let name = Path::new("scene of the recording");
-    let description = Description::of_recording(&stored.scene, name).map_err(|e| e.to_string())?;
+    let uplifts = (0..uplifts)
+        .map(|_| unpack.grid(grid))
+        .collect::<Result<_, _>>()?;
     let scene =
         Scene::from_parts(description, terrain, meshes, sky, initial_elevation).map_err(|e| e.to_string())?;
+    let scene = Scene { uplifts, ..scene };
     if scene.grid != grid {
         return Err(format!("its grid is {grid:?}, that of its scene {:?}", scene.grid).into());
     }
@@ -264,7 +286,13 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
     })
 }
 
-/// The arrays of a header, in the order in which they are stored.
+/// How many arrays raise the ground of a scene.
+fn uplifts(description: &Description) -> usize {
+    let beds = description.beds.iter();
+    beds.filter(|bed| matches!(bed, Bed::Array { .. })).count()
+}
+
+/// The arrays of a header, in the order in which they are stored, but for those that raise the ground.
 fn layouts(stored: &StoredHeader, grid: GridSpec, terrain: Option<GridSpec>) -> Result<Vec<Layout>, String> {
     let of_grid = |spec: GridSpec| Layout::new(spec.len(), spec.width());
     let mut list = Vec::new();
@@ -373,6 +401,7 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
             texcoords,
             triangles: corners,
             base_color: Vec3::from(stored.base_color),
+            ..TriangleMesh::default()
         })
     }
 

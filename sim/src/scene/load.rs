@@ -239,11 +239,11 @@ fn resolve(description: Description, base_dir: &Path, report: &mut Report) -> Op
         };
         parts.meshes.push(mesh);
     }
-    if let Sky::Picture { file, .. } = &description.light.sky
+    if let Sky::Picture { file, layout, .. } = &description.light.sky
         && report.usable(&["light.sky"])
     {
         let path = base_dir.join(file);
-        match Panorama::load(&path) {
+        match Panorama::load(&path, *layout) {
             Ok(sky) => parts.sky = Some(sky),
             Err(e) => blame(report, "light.sky.file", &path, &e),
         }
@@ -399,6 +399,8 @@ fn assemble(
         }
         if let Some(color) = object.color {
             mesh.base_color = color;
+            mesh.materials.clear();
+            mesh.material_of.clear();
         }
         if usable(report, &key)
             && let Err(e) = mesh.validate()

@@ -7,6 +7,7 @@ mod fault;
 mod layout;
 mod load;
 mod motion;
+mod moving_ground;
 #[cfg(test)]
 mod page;
 mod problem;
@@ -14,12 +15,15 @@ mod report;
 mod schema;
 mod series;
 mod sky;
+mod sky_layout;
 mod suggest;
 mod units;
 mod validate;
 
 pub use fault::ReadError;
 pub(crate) use fault::{Fault, display_fault, read_file, read_text};
+#[cfg(feature = "shallow-water")]
+pub(crate) use moving_ground::{along, hump};
 pub use problem::{Problem, SceneError};
 pub use sky::SkyError;
 
@@ -44,8 +48,7 @@ pub struct Scene {
     pub sky: Option<Panorama>,
     /// Initial elevation above datum, where the description names an array; on `grid`.
     pub initial_elevation: Option<Grid<f32>>,
-    /// Arrays of the description's `bed` of kind `array`, in its order, in their own units; on `grid`. Recordings do not
-    /// hold them.
+    /// Arrays of the description's `bed` of kind `array`, in its order, in their own units; on `grid`.
     pub uplifts: Vec<Grid<f32>>,
 }
 

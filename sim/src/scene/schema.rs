@@ -1,172 +1,13 @@
 //! What keys a scene file may have, table by table: type, unit and range of each. [`super::check`] holds a file
 //! against it, a test holds `docs/scene-file.md` against it, and another holds it against [`super::description`].
 
-use super::units::Quantity;
-use std::fmt;
+mod kind;
+mod solver;
 
-/// One key of a table.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Key {
-    pub(crate) name: &'static str,
-    pub(crate) kind: Kind,
-    pub(crate) required: bool,
-}
-
-/// One form of a table that is told apart by its key `kind`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Variant {
-    pub(crate) name: &'static str,
-    pub(crate) keys: &'static [Key],
-}
-
-/// What the value of a key may be.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
-    /// A text that is not empty.
-    Text,
-    /// A file, relative to the scene file.
-    File,
-    Boolean,
-    /// A whole number from 0 to 2⁶⁴ − 1.
-    Seed,
-    /// This many whole numbers from 0 to 2³² − 1.
-    Counts(usize),
-    /// A single-precision number.
-    Number(Quantity, Range),
-    /// A double-precision number.
-    Wide(Quantity, Range),
-    /// This many single-precision numbers.
-    Vector(usize, Quantity, Range),
-    /// This many double-precision numbers.
-    WideVector(usize, Quantity, Range),
-    /// A unit quaternion `[x, y, z, w]`, or a table of `axis` and `angle`.
-    Rotation,
-    /// One of these texts.
-    Choice(&'static [&'static str]),
-    /// Names of optional frame channels, each once.
-    Channels,
-    Table(&'static [Key]),
-    /// `[[name]]`, any number of them.
-    Tables(&'static [Key]),
-    /// A table whose form is told by its key `kind`.
-    Tagged(&'static [Variant]),
-    /// `[[name]]`, each with a `kind`.
-    TaggedTables(&'static [Variant]),
-    /// A table as `[solver]`.
-    Solver,
-}
-
-/// The values that a number may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Range {
-    pub(crate) min: f64,
-    pub(crate) max: f64,
-    /// Whether the bounds themselves are excluded.
-    pub(crate) open: bool,
-}
-
-impl Range {
-    pub(crate) const fn new(min: f64, max: f64) -> Self {
-        Self {
-            min,
-            max,
-            open: false,
-        }
-    }
-
-    /// Whether `value` is a number in the range, whose bounds are rounded as `value` was (to double precision if
-    /// `wide`, else to single).
-    pub(crate) fn contains(&self, value: f64, wide: bool) -> bool {
-        let round = |bound: f64| if wide { bound } else { f64::from(bound as f32) };
-        let (min, max) = (round(self.min), round(self.max));
-        if self.open {
-            value > min && value < max
-        } else {
-            value >= min && value <= max
-        }
-    }
-
-    /// A value in the range, to go on with where a scene has a wrong one.
-    pub(crate) fn inside(&self) -> f64 {
-        if self.contains(1.0, true) {
-            1.0
-        } else {
-            0.5 * (self.min + self.max)
-        }
-    }
-}
-
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (min, max) = (Plain(self.min), Plain(self.max));
-        if self.open {
-            write!(f, "between {min} and {max}")
-        } else {
-            write!(f, "{min} to {max}")
-        }
-    }
-}
-
-/// A number for people: powers of ten beyond 10⁵ and below 10⁻³.
-pub(crate) struct Plain(pub(crate) f64);
-
-impl fmt::Display for Plain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let v = self.0;
-        if v == 0.0 || (1e-3..1e5).contains(&v.abs()) || !v.is_finite() {
-            write!(f, "{v}")
-        } else {
-            write!(f, "{v:e}")
-        }
-    }
-}
-
-use Kind::{
-    Boolean, Channels, Choice, Counts, File, Number, Rotation, Seed, Table, Tables, Tagged, TaggedTables,
-    Text, Vector, Wide, WideVector,
-};
-use Quantity::{
-    Angle, Density, Exposure, Flow, Length, Number as Bare, PerLength, Rate, Roughness, Speed, Time, Volume,
-};
-
-/// Bound of every length. Its square is far from the limits of single precision.
-const FAR: f64 = 1e9;
-pub(crate) const ANYWHERE: Range = Range::new(-FAR, FAR);
-pub(crate) const POSITIVE: Range = Range::new(1e-6, FAR);
-pub(crate) const NOT_NEGATIVE: Range = Range::new(0.0, FAR);
-const SHARE: Range = Range::new(0.0, 1.0);
-const TURN: Range = Range::new(-360.0, 360.0);
-
-const fn required(name: &'static str, kind: Kind) -> Key {
-    Key {
-        name,
-        kind,
-        required: true,
-    }
-}
-
-const fn optional(name: &'static str, kind: Kind) -> Key {
-    Key {
-        name,
-        kind,
-        required: false,
-    }
-}
-
-const fn variant(name: &'static str, keys: &'static [Key]) -> Variant {
-    Variant { name, keys }
-}
-
-const TIME: Kind = Wide(Time, NOT_NEGATIVE);
-const POINT: Kind = Vector(2, Length, ANYWHERE);
-const POINT_3D: Kind = Vector(3, Length, ANYWHERE);
-const POSITIVE_LENGTH: Kind = Number(Length, POSITIVE);
-const HEIGHT: Kind = Number(Length, ANYWHERE);
-const COLOR: Kind = Vector(3, Bare, SHARE);
-const RADIANCE: Kind = Vector(3, Bare, NOT_NEGATIVE);
-const FACTOR: Kind = Number(Bare, NOT_NEGATIVE);
-const HEIGHT_SCALE: Kind = Wide(Bare, ANYWHERE);
-const HEIGHT_OFFSET: Kind = Wide(Length, ANYWHERE);
+use kind::*;
+pub(crate) use kind::{ANYWHERE, Key, Kind, NOT_NEGATIVE, POSITIVE, Plain, Range, Variant};
+pub(crate) use solver::SOLVER;
+use solver::{SEA_DIRECTION, WIND};
 
 /// The whole scene file.
 pub(crate) const SCENE: &[Key] = &[
@@ -184,6 +25,7 @@ pub(crate) const SCENE: &[Key] = &[
     optional("boundary", Table(BOUNDARY)),
     optional("object", Tables(OBJECT)),
     optional("light", Table(LIGHT)),
+    optional("horizon", Table(HORIZON)),
     optional("camera", Tables(CAMERA)),
     optional("event", TaggedTables(EVENT)),
     optional("recording", Table(RECORDING)),
@@ -303,189 +145,6 @@ const DETAIL: &[Variant] = &[
             LIFETIME,
         ],
     ),
-];
-
-pub(crate) const SOLVER: &[Variant] = &[
-    variant(
-        "wave-equation",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("scheme", Choice(&["explicit", "implicit", "implicit-damped"])),
-            optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
-            optional("depth", POSITIVE_LENGTH),
-            optional("damping", Number(Rate, NOT_NEGATIVE)),
-            optional("step", Number(Time, POSITIVE)),
-        ],
-    ),
-    variant(
-        "procedural",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("depth", POSITIVE_LENGTH),
-            optional("wave", Tables(WAVE)),
-        ],
-    ),
-    variant(
-        "shallow-water",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("scheme", Choice(&["auto", "finite-volume", "lattice", "bgk"])),
-            optional("relaxation", Number(Bare, Range::new(0.5, 5.0))),
-            optional("manning", Number(Roughness, Range::new(0.0, 10.0))),
-            optional("smagorinsky", Number(Bare, Range::new(0.0, 0.2))),
-            optional(
-                "courant",
-                Number(
-                    Bare,
-                    Range {
-                        min: 0.0,
-                        max: 1.0,
-                        open: true,
-                    },
-                ),
-            ),
-            optional("film_depth", Number(Length, Range::new(1e-12, FAR))),
-            optional("splash", Table(SPLASH)),
-        ],
-    ),
-    variant(
-        "ocean",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("depth", Wide(Length, POSITIVE)),
-            optional("capillary", Boolean),
-            optional("choppiness", Wide(Bare, Range::new(0.0, 10.0))),
-            optional("loop_period", Wide(Time, Range::new(0.1, 1e6))),
-            optional("sea", TaggedTables(SEA)),
-            optional("cascade", Tables(CASCADE)),
-            optional("foam", Table(OCEAN_FOAM)),
-        ],
-    ),
-    variant(
-        "wave-particles",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("speed", Number(Speed, Range::new(1e-6, 1e6))),
-            optional("depth", POSITIVE_LENGTH),
-            optional("law", Choice(&["volume", "energy"])),
-            optional("train", Number(Bare, Range::new(1.0, 64.0))),
-            optional("radius", POSITIVE_LENGTH),
-            optional("split", Number(Bare, Range::new(0.02, 2.0))),
-            optional("smallest", Number(Length, Range::new(1e-12, FAR))),
-            optional("limit", Number(Bare, Range::new(1.0, 1e8))),
-            optional("horizontal", Number(Bare, SHARE)),
-            optional("front", Tables(FRONT)),
-        ],
-    ),
-    variant(
-        "sph",
-        &[
-            required("spacing", POSITIVE_LENGTH),
-            optional("particle", POSITIVE_LENGTH),
-            optional("model", Choice(&["dfsph", "mcg03"])),
-            optional("vessel", Choice(&["box", "round"])),
-            optional("viscosity", Number(Bare, Range::new(0.0, 1e6))),
-            optional("walls", Choice(&["slip", "stick"])),
-            optional("surface_tension", Number(Bare, Range::new(0.0, 1e3))),
-            optional("stiffness", Number(Bare, Range::new(1e-6, FAR))),
-            optional("gravity", ACCELERATION),
-            optional("tilt", Tables(TILT)),
-            optional("courant", Number(Bare, Range::new(0.01, 1.0))),
-            optional("step", Number(Time, POSITIVE)),
-            optional("most_steps", Number(Bare, Range::new(1.0, 1e9))),
-            optional("surface", Choice(&["fast", "exact"])),
-            optional("droplets", Choice(&["clear", "all"])),
-            optional("emitter", Tables(EMITTER)),
-            optional("drain", Tables(DRAIN)),
-        ],
-    ),
-];
-
-const WIND: Key = required("wind", Wide(Speed, Range::new(0.0, 100.0)));
-const FETCH: Key = required("fetch", Wide(Length, NOT_NEGATIVE));
-const GAMMA: Key = optional("gamma", Wide(Bare, Range::new(1.0, 20.0)));
-const WAVE_HEIGHT: Key = required("height", Wide(Length, Range::new(0.0, 100.0)));
-const SEA_DIRECTION: Key = optional("direction", Wide(Angle, TURN));
-const SEA_SPREADING: Key = optional("spreading", Tagged(SPREADING));
-
-const SEA: &[Variant] = &[
-    variant("phillips", &[WIND, WAVE_HEIGHT, SEA_DIRECTION, SEA_SPREADING]),
-    variant("pierson-moskowitz", &[WIND, SEA_DIRECTION, SEA_SPREADING]),
-    variant("jonswap", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
-    variant("tma", &[WIND, FETCH, GAMMA, SEA_DIRECTION, SEA_SPREADING]),
-    variant(
-        "swell",
-        &[
-            WAVE_HEIGHT,
-            required("period", Wide(Time, Range::new(0.01, 1e3))),
-            GAMMA,
-            SEA_DIRECTION,
-            SEA_SPREADING,
-        ],
-    ),
-];
-
-const SPREADING: &[Variant] = &[
-    variant("hasselmann", &[]),
-    variant("mitsuyasu", &[]),
-    variant("donelan-banner", &[]),
-    variant(
-        "cosine-power",
-        &[required("exponent", Wide(Bare, Range::new(0.0, 1e4)))],
-    ),
-    variant(
-        "swell",
-        &[required("elongation", Wide(Bare, Range::new(0.0, 10.0)))],
-    ),
-];
-
-const CASCADE: &[Key] = &[required("period", Wide(Length, POSITIVE))];
-
-const OCEAN_FOAM: &[Key] = &[
-    optional("threshold", Wide(Bare, Range::new(-10.0, 1.0))),
-    optional("growth", Wide(Rate, Range::new(0.0, 1e3))),
-    optional("fade", Wide(Rate, Range::new(1e-3, 1e3))),
-];
-
-const SPLASH: &[Key] = &[
-    optional("droplets", Boolean),
-    optional("foam", Boolean),
-    optional("slope", Number(Bare, Range::new(1e-3, 100.0))),
-    optional("amount", Number(Bare, SHARE)),
-    optional("droplet_radius", Number(Length, Range::new(1e-6, 1e4))),
-    optional("foam_life", Number(Time, POSITIVE)),
-];
-
-const FRONT: &[Key] = &[
-    optional("time", TIME),
-    required("position", POINT),
-    required("direction", Number(Angle, TURN)),
-    required("width", POSITIVE_LENGTH),
-    optional("spread", Number(Angle, TURN)),
-    required("height", HEIGHT),
-    required("radius", POSITIVE_LENGTH),
-];
-
-const ACCELERATION: Kind = Vector(3, Bare, Range::new(-1e4, 1e4));
-
-const TILT: &[Key] = &[required("time", TIME), required("gravity", ACCELERATION)];
-
-const EMITTER: &[Key] = &[
-    required("position", POINT_3D),
-    required("velocity", Vector(3, Speed, Range::new(-1e3, 1e3))),
-    required("radius", POSITIVE_LENGTH),
-    optional("start", TIME),
-    optional("end", TIME),
-];
-
-const DRAIN: &[Key] = &[required("min", POINT_3D), required("max", POINT_3D)];
-
-const WAVE: &[Key] = &[
-    required("amplitude", Number(Length, NOT_NEGATIVE)),
-    required("wavelength", POSITIVE_LENGTH),
-    optional("direction", Number(Angle, TURN)),
-    optional("phase", Number(Angle, TURN)),
-    optional("steepness", Number(Bare, SHARE)),
 ];
 
 const EDGE: Kind = Choice(&["wall", "open", "periodic"]);
@@ -627,6 +286,7 @@ const SKY: &[Variant] = &[
         "picture",
         &[
             required("file", File),
+            optional("layout", Choice(&["panorama", "cube", "horizon"])),
             optional("rotation", Number(Angle, TURN)),
             optional("scale", FACTOR),
         ],
@@ -638,6 +298,14 @@ const SKY: &[Variant] = &[
             optional("scale", FACTOR),
         ],
     ),
+];
+
+const HORIZON: &[Key] = &[
+    optional("distance", POSITIVE_LENGTH),
+    optional("depth", POSITIVE_LENGTH),
+    optional("mix", Number(Bare, SHARE)),
+    optional("floor", FACTOR),
+    optional("normals", Choice(&["face", "distance", "area"])),
 ];
 
 const CAMERA: &[Key] = &[

@@ -1,7 +1,9 @@
 //! Sky pictures.
 
 use super::Panorama;
+use super::description::SkyLayout;
 use super::fault::{Fault, ReadError, display_fault, read_file};
+use super::sky_layout::{self, Picture};
 use glam::{UVec2, Vec3};
 use image::{ImageFormat, ImageReader};
 use std::io::Cursor;
@@ -25,12 +27,14 @@ pub enum SkyError {
         /// What the decoder said.
         reason: String,
     },
-    /// It is not twice as wide as high.
+    /// Its shape is not that of its layout.
     Shape {
         /// The file.
         file: PathBuf,
         /// Width and height in pixels.
         size: UVec2,
+        /// What shape the layout has.
+        needed: &'static str,
     },
     /// A pixel is NaN, infinite or negative.
     Pixel {
@@ -47,12 +51,9 @@ impl Fault for SkyError {
     fn what(&self) -> String {
         match self {
             Self::Read(e) => e.what(),
-            Self::Decode { reason, .. } => format!("this EXR picture cannot be read: {reason}"),
-            Self::Shape { size, .. } => {
-                format!(
-                    "the picture has {} x {} pixels; a whole sky is twice as wide as high",
-                    size.x, size.y
-                )
+            Self::Decode { reason, .. } => format!("this picture cannot be read: {reason}"),
+            Self::Shape { size, needed, .. } => {
+                format!("the picture has {} x {} pixels; {needed}", size.x, size.y)
             }
             Self::Pixel { at, value, .. } => {
                 format!(
@@ -66,8 +67,10 @@ impl Fault for SkyError {
     fn remedy(&self) -> String {
         match self {
             Self::Read(e) => e.remedy(),
-            Self::Decode { .. } => "save the sky as an OpenEXR picture with channels R, G, B".into(),
-            Self::Shape { .. } => "use an equirectangular picture, from zenith to nadir".into(),
+            Self::Decode { .. } => "save it as OpenEXR with channels R, G, B, or as PNG, JPEG or BMP".into(),
+            Self::Shape { .. } => {
+                "use a picture of that shape, or name its `layout`: `panorama`, `cube` or `horizon`".into()
+            }
             Self::Pixel { .. } => "give every pixel a finite radiance of 0 or more".into(),
         }
     }
@@ -114,32 +117,40 @@ impl Panorama {
     /// Largest height in pixels.
     pub const MAX_HEIGHT: u32 = 8192;
 
-    /// Reads an equirectangular OpenEXR picture. Negative radiance, which the resampling of pictures leaves
-    /// behind about a sun, becomes 0, with a warning in the log; more than a quarter of the brightest value is refused,
-    /// as NaN and infinity are.
+    /// Reads a picture of the surroundings: OpenEXR with linear radiance, or PNG, JPEG or BMP in sRGB, told apart by
+    /// their contents. Negative radiance, which the resampling of pictures leaves behind about a sun, becomes 0, with a
+    /// warning in the log; more than a quarter of the brightest value is refused, as NaN and infinity are.
     ///
     /// # Errors
     /// [`SkyError`]
-    pub fn load(path: &Path) -> Result<Self, SkyError> {
+    pub fn load(path: &Path, layout: SkyLayout) -> Result<Self, SkyError> {
         let bytes = read_file(path, MAX_BYTES).map_err(SkyError::Read)?;
         let file = || path.to_path_buf();
         let fail = |e: &dyn std::fmt::Display| SkyError::Decode {
             file: file(),
             reason: e.to_string().chars().take(200).collect(),
         };
-        check_windows(&bytes).map_err(|reason| SkyError::Decode { file: file(), reason })?;
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::OpenExr);
+        let format = image::guess_format(&bytes).map_err(|e| fail(&e))?;
+        let linear = format == ImageFormat::OpenExr;
+        if linear {
+            check_windows(&bytes).map_err(|reason| SkyError::Decode { file: file(), reason })?;
+        }
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(2 * Self::MAX_HEIGHT);
-        limits.max_image_height = Some(Self::MAX_HEIGHT);
+        limits.max_image_height = Some(2 * Self::MAX_HEIGHT);
         limits.max_alloc = Some(4 << 30);
         reader.limits(limits);
         let picture = reader.decode().map_err(|e| fail(&e))?.into_rgb32f();
         let size = UVec2::new(picture.width(), picture.height());
-        if size.x != 2 * size.y || size.y == 0 {
-            return Err(SkyError::Shape { file: file(), size });
-        }
-        let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0)).collect();
+        let of_srgb = |c: f32| {
+            if linear {
+                c
+            } else {
+                crate::optics::linear_of_srgb(c)
+            }
+        };
+        let mut pixels: Vec<Vec3> = picture.pixels().map(|p| Vec3::from(p.0.map(of_srgb))).collect();
         // Resampling with a kernel that has negative lobes leaves rings about the sun that reach below 0 by up to a
         // fifth of the sun's own value.
         let brightest = pixels
@@ -167,7 +178,11 @@ impl Panorama {
             );
             pixels.iter_mut().for_each(|p| *p = p.max(Vec3::ZERO));
         }
-        Ok(Self { size, pixels })
+        sky_layout::panorama(Picture { size, pixels }, layout).ok_or_else(|| SkyError::Shape {
+            file: file(),
+            size,
+            needed: sky_layout::shape(layout),
+        })
     }
 
     /// Whether there are as many pixels as the size says and every one is a radiance.
@@ -204,7 +219,7 @@ mod tests {
     fn every_sky_of_the_repository_is_light() {
         for name in ["dawn", "sky", "sunset", "venice"] {
             let path = format!("{}/../data/sky/{name}.exr", env!("CARGO_MANIFEST_DIR"));
-            let sky = Panorama::load(Path::new(&path)).unwrap_or_else(|e| panic!("{e}"));
+            let sky = Panorama::load(Path::new(&path), SkyLayout::Panorama).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(sky.size, UVec2::new(512, 256));
             assert!(sky.is_valid());
         }
@@ -213,7 +228,7 @@ mod tests {
     #[test]
     fn pixels_stand_in_rows_from_the_zenith() {
         let (_dir, path) = save("s.exr", 8, 4, |x, y| [x as f32, y as f32, 0.5]);
-        let sky = Panorama::load(&path).unwrap();
+        let sky = Panorama::load(&path, SkyLayout::Panorama).unwrap();
         assert_eq!(sky.pixels[3 + 8 * 2], Vec3::new(3.0, 2.0, 0.5));
     }
 
@@ -227,8 +242,10 @@ mod tests {
         // After the size of the attribute: the smallest x and y, then the largest.
         bytes[at + 12..at + 16].copy_from_slice(&(1_i32 << 28).to_le_bytes());
         std::fs::write(&path, bytes).unwrap();
-        let message = Panorama::load(&path).unwrap_err().to_string();
-        assert!(message.contains("this EXR picture cannot be read"), "{message}");
+        let message = Panorama::load(&path, SkyLayout::Panorama)
+            .unwrap_err()
+            .to_string();
+        assert!(message.contains("this picture cannot be read"), "{message}");
     }
 
     #[test]
@@ -241,7 +258,7 @@ mod tests {
                     [1.0; 3]
                 }
             });
-            Panorama::load(&path)
+            Panorama::load(&path, SkyLayout::Panorama)
                 .map(|sky| sky.pixels[5 + 8 * 2].y)
                 .map_err(|e| e.to_string())
         };
@@ -256,7 +273,7 @@ mod tests {
         }
         let (_dir, path) = save("s.exr", 8, 8, |_, _| [1.0; 3]);
         assert!(
-            Panorama::load(&path)
+            Panorama::load(&path, SkyLayout::Panorama)
                 .unwrap_err()
                 .to_string()
                 .contains("8 x 8 pixels; a whole sky is twice as wide")

@@ -11,6 +11,8 @@ use super::finite_volume::FiniteVolume;
 use super::real::Real;
 use super::settings::{HEIGHT_LIMIT, SetupError, position};
 use crate::grid::{Grid, GridSpec};
+use crate::scene::{along, hump};
+use glam::DVec2;
 
 /// Largest part of a cell that a hump slides in a sub-step.
 const SLIDE_OF_CELL: f64 = 0.5;
@@ -102,9 +104,7 @@ impl BedMotion {
             },
             Self::Slide { height, radius, path } => {
                 let (at, centre) = (position(spec, i, j), along(path, time));
-                let (x, z) = ((at[0] - centre[0]) / radius, (at[1] - centre[1]) / radius);
-                let free = (1.0 - (x * x + z * z)).max(0.0);
-                height * free * free
+                height * hump(DVec2::from_array(at) - DVec2::from_array(centre), *radius)
             }
         }
     }
@@ -162,17 +162,6 @@ impl BedMotion {
             fastest.max((b[0] - a[0]).hypot(b[1] - a[1]) / (t1 - t0))
         })
     }
-}
-
-/// Where a path is at a time.
-fn along(path: &[(f64, [f64; 2])], time: f64) -> [f64; 2] {
-    let next = path.partition_point(|(t, _)| *t <= time);
-    if next == 0 || next == path.len() {
-        return path[next.saturating_sub(1)].1;
-    }
-    let ((t0, a), (t1, b)) = (path[next - 1], path[next]);
-    let f = (time - t0) / (t1 - t0);
-    std::array::from_fn(|k| a[k] + (b[k] - a[k]) * f)
 }
 
 /// The moving ground of a run.

@@ -9,7 +9,7 @@ use super::settings::{
 use super::solver::ShallowWater;
 use super::splash::SplashSettings;
 use crate::scene::Scene;
-use crate::scene::description::{self, Bed, SeriesPoint, ShallowWaterScheme};
+use crate::scene::description::{self, Bed, ShallowWaterScheme};
 use crate::solvers::{BuildError, name_of};
 
 impl ShallowWater {
@@ -78,15 +78,7 @@ fn beds(scene: &Scene) -> Result<Vec<BedMotion>, BuildError> {
     let mut out = Vec::new();
     for (k, bed) in scene.description.beds.iter().enumerate() {
         let motion = match bed {
-            Bed::Patch {
-                min,
-                max,
-                height,
-                start,
-                rise,
-                points,
-                ..
-            } => {
+            Bed::Patch { min, max, height, .. } => {
                 let (min, max) = (min.as_dvec2(), max.as_dvec2());
                 let inside = |k: usize| {
                     let [x, z] = position(&spec, k % spec.width(), k / spec.width());
@@ -97,28 +89,22 @@ fn beds(scene: &Scene) -> Result<Vec<BedMotion>, BuildError> {
                     .collect();
                 BedMotion::Uplift {
                     shape,
-                    share: share(*start, *rise, points)?,
+                    share: share(bed)?,
                 }
             }
-            Bed::Array {
-                scale,
-                start,
-                rise,
-                points,
-                ..
-            } => {
+            Bed::Array { scale, .. } => {
                 let Some(array) = arrays.next().filter(|a| *a.spec() == spec) else {
                     return Err(BuildError::impossible(
                         format!("bed.{k}.file"),
                         "the array of heights is not there",
-                        "load the scene with its files; a recording does not hold this one",
+                        "load the scene with its files; a recording of an earlier version does not hold this one",
                     ));
                 };
                 let scale = f64::from(*scale);
                 let shape = array.as_slice().iter().map(|h| scale * f64::from(*h)).collect();
                 BedMotion::Uplift {
                     shape,
-                    share: share(*start, *rise, points)?,
+                    share: share(bed)?,
                 }
             }
             Bed::Slide { height, radius, path } => BedMotion::Slide {
@@ -143,14 +129,13 @@ fn beds(scene: &Scene) -> Result<Vec<BedMotion>, BuildError> {
 }
 
 /// The share of an uplift by time.
-fn share(start: f64, rise: f64, points: &[SeriesPoint]) -> Result<Series, BuildError> {
-    let list: Vec<[f64; 2]> = if points.is_empty() {
-        // "At once" is between two neighbouring moments.
-        vec![[start, 0.0], [(start + rise).max(start.next_up()), 1.0]]
-    } else {
-        points.iter().map(|p| [p.time, p.value]).collect()
-    };
-    Series::new(&list).map_err(in_scene)
+fn share(bed: &Bed) -> Result<Series, BuildError> {
+    let points: Vec<[f64; 2]> = bed
+        .shares()
+        .iter()
+        .map(|(time, [share])| [*time, *share])
+        .collect();
+    Series::new(&points).map_err(in_scene)
 }
 
 /// Ground and surface at the samples of the scene's grid.

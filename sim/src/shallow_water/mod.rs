@@ -7,6 +7,7 @@ mod bgk;
 mod boundary;
 pub mod cases;
 mod checkpoint;
+mod chunks;
 mod eddies;
 mod edges;
 pub(crate) mod exchange;

@@ -1,9 +1,9 @@
 //! Walls, ground and obstacles: what share of a particle's kernel they fill, and that nothing passes them.
 //!
-//! Every boundary is known by its distance. A particle at distance z from one has the share L(z) of its kernel filled
-//! by it, as by the plane that touches there ([`CubicSpline::wall`]; after the density maps of Koschier & Bender 2017,
-//! with mirrored layers in place of their integral). Boundaries that meet multiply what they leave free: 1 − λ = Π (1 − L). In the edge
-//! and the corner of a box that is within 0.3 and 1.2 % of a lattice of particles that goes on beyond its walls.
+//! Every boundary is known by its distance. Flat ones have mirror images (`mirrors`). A particle at distance z from any
+//! other has the share L(z) of its kernel filled by it, as by the plane that touches there ([`CubicSpline::wall`]; after
+//! the density maps of Koschier & Bender 2017, with mirrored layers in place of their integral). Boundaries that meet
+//! multiply what they leave free: 1 − λ = Π (1 − L).
 
 use super::kernel::CubicSpline;
 use super::obstacle::Obstacle;
@@ -79,6 +79,21 @@ impl Boundary {
             ground: Ground::Flat(floor),
             ..Self::none()
         }
+    }
+
+    /// Heights along X, Y and Z of the walls that are flat and upright or level, low and high: those that `mirrors` makes
+    /// images of.
+    pub(crate) fn mirrors(&self) -> [[Option<f32>; 2]; 3] {
+        let ground = match self.ground {
+            Ground::Flat(height) => Some(height),
+            _ => None,
+        };
+        let wall = |k: usize, at: f32| (self.walls[k] && self.outline == Outline::Box).then_some(at);
+        [
+            [wall(0, self.low.x), wall(1, self.high.x)],
+            [ground, None],
+            [wall(2, self.low.y), wall(3, self.high.y)],
+        ]
     }
 
     /// Height of the ground and its unit normal, where there is ground.
@@ -183,6 +198,8 @@ pub(crate) struct Touch {
     pub(crate) share: f32,
     /// Its gradient in 1/m.
     pub(crate) gradient: Vec3,
+    /// From the boundary to the particle, m.
+    pub(crate) arm: Vec3,
     /// Gradients times the velocities of the boundaries, 1/s.
     pub(crate) moving: f32,
     /// Friction of the walls per viscosity, 1/m²; 0 where water slides.
@@ -221,13 +238,19 @@ impl WallTable {
         (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
     }
 
-    /// What `boundary` does to a particle at `p`; nothing if none is near. `sticks` adds friction.
-    pub(crate) fn touch(&self, boundary: &Boundary, p: Vec3, sticks: bool) -> Touch {
+    /// What `boundary` does to a particle at `p`; nothing if none is near. `sticks` adds friction. Of flat walls only
+    /// friction counts where there are `mirrors` of them.
+    pub(crate) fn touch(&self, boundary: &Boundary, p: Vec3, sticks: bool, mirrors: bool) -> Touch {
         let mut meeting = Meeting::new();
         let (mut drag, mut dragged) = (0.0, Vec3::ZERO);
-        let mut add = |distance: f32, normal: Vec3, velocity: Vec3, opposite: bool| {
+        let mut add = |distance: f32, normal: Vec3, velocity: Vec3, mirrored: bool, opposite: bool| {
             let (share, slope) = self.at(distance);
-            meeting.add(share, slope * normal, slope * normal.dot(velocity), opposite);
+            if !mirrored {
+                if !opposite {
+                    meeting.close();
+                }
+                meeting.open.add(distance, share, slope, normal, velocity);
+            }
             if sticks {
                 // The mirrored layer moves against the water as the water against the wall.
                 let friction = slope.abs() / distance.max(0.25 * self.spacing);
@@ -235,20 +258,32 @@ impl WallTable {
                 dragged += friction * velocity;
             }
         };
+        let flat = |normal: Vec3| match boundary.ground {
+            // Upright normals are those of the ground; a slope that is level somewhere is no plane of symmetry.
+            Ground::Heights(_) if normal.y != 0.0 => false,
+            _ => boundary.outline == Outline::Box || normal.y != 0.0,
+        };
         let mut before = Vec3::ZERO;
         boundary.walls_near(p, self.reach, |distance, normal| {
-            add(distance, normal, Vec3::ZERO, normal == -before);
+            add(
+                distance,
+                normal,
+                Vec3::ZERO,
+                mirrors && flat(normal),
+                normal == -before,
+            );
             before = normal;
         });
         for obstacle in &boundary.obstacles {
             if let Some((distance, normal, velocity)) = obstacle.near(p, self.reach) {
-                add(distance, normal, velocity, false);
+                add(distance, normal, velocity, false, false);
             }
         }
         meeting.close();
         Touch {
             share: 1.0 - meeting.free,
             gradient: meeting.gradient,
+            arm: meeting.arm / meeting.gradient.length().max(1e-20),
             moving: meeting.moving,
             drag,
             dragged,
@@ -262,7 +297,26 @@ struct Meeting {
     free: f32,
     gradient: Vec3,
     moving: f32,
-    open: (f32, Vec3, f32),
+    arm: Vec3,
+    open: Walls,
+}
+
+/// The sum of walls that do not overlap.
+#[derive(Default)]
+struct Walls {
+    share: f32,
+    gradient: Vec3,
+    moving: f32,
+    arm: Vec3,
+}
+
+impl Walls {
+    fn add(&mut self, distance: f32, share: f32, slope: f32, normal: Vec3, velocity: Vec3) {
+        self.share += share;
+        self.gradient += slope * normal;
+        self.moving += slope * normal.dot(velocity);
+        self.arm += distance * slope.abs() * normal;
+    }
 }
 
 impl Meeting {
@@ -271,24 +325,17 @@ impl Meeting {
             free: 1.0,
             gradient: Vec3::ZERO,
             moving: 0.0,
-            open: (0.0, Vec3::ZERO, 0.0),
+            arm: Vec3::ZERO,
+            open: Walls::default(),
         }
-    }
-
-    fn add(&mut self, share: f32, gradient: Vec3, moving: f32, opposite: bool) {
-        if !opposite {
-            self.close();
-        }
-        self.open.0 += share;
-        self.open.1 += gradient;
-        self.open.2 += moving;
     }
 
     fn close(&mut self) {
-        let (share, gradient, moving) = std::mem::take(&mut self.open);
-        let rest = (1.0 - share).max(LEAST_FREE);
-        self.gradient = self.gradient * rest + gradient * self.free;
-        self.moving = self.moving * rest + moving * self.free;
+        let walls = std::mem::take(&mut self.open);
+        let rest = (1.0 - walls.share).max(LEAST_FREE);
+        self.gradient = self.gradient * rest + walls.gradient * self.free;
+        self.moving = self.moving * rest + walls.moving * self.free;
+        self.arm = self.arm * rest + walls.arm * self.free;
         self.free *= rest;
     }
 }
@@ -319,24 +366,45 @@ mod tests {
         1.0 - sum
     }
 
+    /// Blocks before the planes X = 0, Y = 0 and Z = 0, as obstacles, and flat walls that have images besides.
+    fn blocks(count: usize) -> Boundary {
+        let mut tank = Boundary::tank(Vec2::splat(-9.0), Vec2::splat(9.0), -9.0);
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z].into_iter().take(count) {
+            let pose = crate::frame::BodyPose {
+                position: -2.0 * axis,
+                ..crate::frame::BodyPose::default()
+            };
+            tank.obstacles
+                .push(Obstacle::new(crate::sph::Solid::Box(Vec3::splat(2.0)), pose));
+        }
+        tank
+    }
+
     #[test]
-    fn faces_edges_corners_and_thin_tanks_are_filled_as_a_lattice_would() {
-        let tank = Boundary::tank(Vec2::ZERO, Vec2::splat(2.0), 0.0);
+    fn faces_edges_and_corners_are_filled_as_a_lattice_would() {
         let h = 0.5 * D;
-        for (p, walls, tolerance) in [
-            (Vec3::new(1.0, h, 1.0), 1, 1e-3),
-            (Vec3::new(h, h, 1.0), 2, 4e-3),
-            (Vec3::new(h, h, 2.0 - h), 3, 1.2e-2),
-        ] {
-            let share = table().touch(&tank, p, false).share;
+        for (walls, tolerance) in [(1, 1e-3), (2, 4e-3), (3, 1.2e-2)] {
+            // Away from the edges of the other blocks.
+            let p = Vec3::new(
+                h,
+                if walls > 1 { h } else { 1.0 },
+                if walls > 2 { h } else { 1.0 },
+            );
+            let share = table().touch(&blocks(walls), p, false, true).share;
             assert!(
                 (share - missing(walls)).abs() < tolerance,
                 "{walls} walls: {share} {}",
                 missing(walls)
             );
         }
+        // Flat walls have images instead.
+        let tank = Boundary::tank(Vec2::ZERO, Vec2::splat(2.0), 0.0);
+        let touch = table().touch(&tank, Vec3::splat(h), true, true);
+        assert!(touch.share == 0.0 && touch.gradient == Vec3::ZERO && touch.drag > 0.0);
+        let share = table().touch(&tank, Vec3::splat(h), false, false).share;
+        assert!((share - missing(3)).abs() < 1.2e-2, "{share}");
         let thin = Boundary::tank(Vec2::ZERO, Vec2::new(2.0, D), -1.0);
-        let touch = table().touch(&thin, Vec3::new(1.0, 0.0, h), false);
+        let touch = table().touch(&thin, Vec3::new(1.0, 0.0, h), false, false);
         assert!(
             (touch.share - 2.0 * missing(1)).abs() < 2e-3 && touch.gradient.length() < 1e-4,
             "{touch:?}"
@@ -345,11 +413,11 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_share() {
-        let tank = Boundary::tank(Vec2::ZERO, Vec2::splat(2.0), 0.0);
+        let tank = blocks(3);
         let (table, e) = (table(), 1e-3);
         let p = Vec3::new(0.06, 0.09, 0.03);
-        let share = |p: Vec3| table.touch(&tank, p, false).share;
-        let touch = table.touch(&tank, p, false);
+        let share = |p: Vec3| table.touch(&tank, p, false, true).share;
+        let touch = table.touch(&tank, p, false, true);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             let slope = (share(p + e * axis) - share(p - e * axis)) / (2.0 * e);
             assert!(

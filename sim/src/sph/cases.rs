@@ -50,22 +50,55 @@ pub fn energy(fluid: &Fluid) -> f64 {
         .sum()
 }
 
-/// Root mean square error of the surge front, relative to `data`: pairs of T = t √(2g/a) and Z = x/a in order of time,
-/// for a column of width `a` metres and twice that height (Martin & Moyce 1952, n² = 2). The front is the foremost
-/// particle's edge.
-pub fn surge_front(settings: Settings, a: f32, data: &[(f64, f64)]) -> f64 {
+/// A surge front against measured ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Front {
+    /// Root mean square of the relative error.
+    pub error: f64,
+    /// Delay of the measured times that makes the error least, in units of T.
+    pub delay: f64,
+    /// The error that then is left.
+    pub delayed_error: f64,
+}
+
+/// The surge front against `data`: pairs of T = t √(2g/a) and Z = x/a in order of time, for a column of width `a` metres
+/// and twice that height (Martin & Moyce 1952, n² = 2). The front is the foremost particle's edge.
+///
+/// In the experiment a diaphragm had to leave first, so that its clock and that of water set free at once differ by a
+/// constant: [`Front::delay`], up to 0.4.
+pub fn surge_front(settings: Settings, a: f32, data: &[(f64, f64)]) -> Front {
     let d = settings.spacing;
     let farthest = data.iter().map(|p| p.1).fold(1.0, f64::max) as f32;
     let unit = f64::from(a / (2.0 * settings.gravity.length())).sqrt();
-    let mut fluid = sheet(settings, (farthest + 4.0) * a, Vec2::new(a, 2.0 * a));
-    let (mut time, mut sum) = (0.0, 0.0);
-    for (t, z) in data {
-        run(&mut fluid, t * unit - time, f64::INFINITY, |_, _| {});
-        time = t * unit;
+    let mut fluid = sheet(settings, (1.3 * farthest + 4.0) * a, Vec2::new(a, 2.0 * a));
+    let mut seen = vec![(0.0, 1.0)];
+    let end = data.last().map_or(0.0, |p| p.0 * unit);
+    run(&mut fluid, end, f64::INFINITY, |fluid, t| {
         let front = fluid.positions().iter().map(|p| p.x).fold(0.0, f32::max) + 0.5 * d;
-        sum += (f64::from(front / a) / z - 1.0).powi(2);
+        seen.push((t / unit, f64::from(front / a)));
+    });
+    let at = |t: f64| {
+        let next = seen.partition_point(|p| p.0 < t).clamp(1, seen.len() - 1);
+        let (p, q) = (seen[next - 1], seen[next]);
+        p.1 + (q.1 - p.1) * ((t - p.0) / (q.0 - p.0)).clamp(0.0, 1.0)
+    };
+    let error = |delay: f64| {
+        let square = |p: &(f64, f64)| (at((p.0 - delay).max(0.0)) / p.1 - 1.0).powi(2);
+        (data.iter().map(square).sum::<f64>() / data.len().max(1) as f64).sqrt()
+    };
+    let delays = (0..=40).map(|k| 0.01 * f64::from(k));
+    let (delayed_error, delay) =
+        delays
+            .map(|delay| (error(delay), delay))
+            .fold(
+                (f64::INFINITY, 0.0),
+                |best, new| if new.0 < best.0 { new } else { best },
+            );
+    Front {
+        error: error(0.0),
+        delay,
+        delayed_error,
     }
-    (sum / data.len().max(1) as f64).sqrt()
 }
 
 /// Period in seconds of the first sloshing mode in a tank of `length` and `depth` metres, and that of linear theory,
@@ -84,21 +117,40 @@ pub fn sloshing(settings: Settings, length: f32, depth: f32) -> (f64, f64) {
     }
     let omega = f64::from(gravity * k * (k * depth).tanh()).sqrt();
     let truth = TAU / omega;
-    let mut last = (0.0, 0.0_f64);
-    let mut crossings = Vec::new();
+    let mut seen = Vec::new();
     run(&mut fluid, 3.6 * truth, 0.01 * truth, |fluid, t| {
-        let flow: f64 = fluid.velocities().iter().map(|v| f64::from(v.x)).sum();
-        if last.1 * flow < 0.0 {
-            crossings.push(last.0 + (t - last.0) * last.1 / (last.1 - flow));
-        }
-        last = (t, flow);
+        let all = fluid.positions().iter().zip(fluid.velocities());
+        let mode = all.map(|(p, v)| f64::from(v.x * (k * p.x).sin())).sum::<f64>();
+        seen.push((t, mode / fluid.len() as f64));
     });
-    let whole = crossings.len().saturating_sub(1);
-    let period = match (crossings.first(), crossings.last()) {
-        (Some(first), Some(last)) if whole > 0 => 2.0 * (last - first) / whole as f64,
-        _ => f64::NAN,
+    (TAU / frequency(&seen, omega), truth)
+}
+
+/// Angular frequency of the damped oscillation that fits `seen`, times and values, best; within 20 % of `guess`.
+fn frequency(seen: &[(f64, f64)], guess: f64) -> f64 {
+    // What a cosine and a sine of that frequency and decay explain of the values.
+    let explained = |omega: f64, decay: f64| {
+        let (mut m, mut b, mut before) = ([0.0; 3], [0.0; 2], 0.0);
+        for &(t, value) in seen {
+            let (dt, size) = (t - before, (-decay * t).exp());
+            let (c, s) = (size * (omega * t).cos(), size * (omega * t).sin());
+            m = [m[0] + dt * c * c, m[1] + dt * c * s, m[2] + dt * s * s];
+            b = [b[0] + dt * c * value, b[1] + dt * s * value];
+            before = t;
+        }
+        (m[2] * b[0] * b[0] - 2.0 * m[1] * b[0] * b[1] + m[0] * b[1] * b[1]) / (m[0] * m[2] - m[1] * m[1])
     };
-    (period, truth)
+    let mut best = (f64::NEG_INFINITY, f64::NAN);
+    for a in -200..=200 {
+        for b in 0..20 {
+            let omega = guess * (1.0 + 1e-3 * f64::from(a));
+            let fit = explained(omega, 0.01 * guess * f64::from(b));
+            if fit > best.0 {
+                best = (fit, omega);
+            }
+        }
+    }
+    best.1
 }
 
 /// What a still column showed over its second half.

@@ -1,182 +1,139 @@
-//! Divergence-free SPH: two pressure systems, one for the rate of compression and one for the compression.
+//! Incompressible water: velocities that compress nothing, and displacements that undo what finite steps have compressed.
 //!
-//! Bender & Koschier 2015, 2017. With particles of equal volume V, g_ij = V ∇W(x_i − x_j) and G_i the gradient of the
-//! share that boundaries fill, a pressure over density p gives the acceleration
+//! After Bender & Koschier 2015 and Cornelis et al. 2019, with corrected gradients (`correction`) and both systems solved
+//! to a tolerance (`pressure`). With ρ the density ratio, D the corrected rate of compression and D₀ that of the
+//! kernel sum, a step finds
 //!
-//!   a_i = −Σ_j (p_i + p_j) g_ij − p_i G_i
+//!   p ≥ 0:  min(ρ̃ − 1, 0) + Δt D v ≤ 0     for velocities: no compression, but what is too thin may close;
+//!   q ≥ 0:  min((ρ − 1)⁺ / 2, 2 %) + (ρ − 1)⁻ + Δt D₀ v ≤ 0     for displacements alone.
 //!
-//! and accelerations change the density ratio at the rate
-//! Σ_j g_ij · (a_i − a_j) + G_i · a_i. Jacobi steps relaxed by ½ find p ≥ 0 for which no particle is (or becomes) denser
-//! than at rest. Pressures of the last step are the first guess. Pairs get opposite impulses along their line, so linear
-//! and angular momentum are kept whatever the iteration has reached.
+//! Displacements do no work on velocities, so that what rounding, finite steps and disorder compress does not heat the water.
+//! ρ̃ counts a surface as though the water went on beyond it: otherwise its particles would be thought too thin and
+//! bear no pressure.
 
-use super::fluid::{Fluid, Stepped};
-use super::neighbours::Neighbours;
+use super::correction::{self, Local};
+use super::fluid::{Fluid, Stepped, TASK};
+use super::pressure::{System, inverse_diagonal};
 use glam::Vec4;
 use rayon::prelude::*;
 
-/// Relaxation of the Jacobi steps.
-const RELAXATION: f32 = 0.5;
-/// Iterations taken at least and at most.
-const FEWEST: u32 = 2;
-const MOST: u32 = 200;
-/// Largest share of compression that one step removes: particles put inside each other move apart instead of
-/// exploding.
-const GENTLE: f32 = 0.1;
-/// Density ratio below which a particle is spray: it is not kept free of divergence, since with half of its neighbours
-/// missing that would hold drops together (Bender & Koschier 2017, section 3.2).
-const SPRAY: f32 = 0.75;
-/// Source of a particle that takes no part.
-const IDLE: f32 = -1e9;
-/// Smallest diagonal of the system, times the spacing squared.
+/// Share of the compression that a step removes, and the most that it does: particles put inside each other move apart
+/// instead of being thrown.
+const SHARE: f32 = 0.5;
+const GENTLE: f32 = 0.02;
+/// Smallest diagonal of the systems, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
+/// Farthest displacement in particle spacings.
+const FARTHEST: f32 = 0.25;
 
-/// Neighbours with gradients, densities and the diagonal, for the present positions.
+/// Neighbours with gradients, and what they say of each particle.
 pub(super) fn prepare(fluid: &mut Fluid) {
     let d = fluid.settings.spacing;
     let volume = d * d * d;
     let kernel = fluid.kernel;
     let soft = 0.01 * kernel.support() * kernel.support();
-    let positions = &fluid.particles.position;
     // Fourth value: the weight of the viscous force (see `viscosity`).
-    fluid
-        .neighbours
-        .find(&fluid.cells, positions, kernel.support(), |x, r2| {
-            let factor = volume * kernel.gradient_factor(r2.sqrt().max(1e-3 * d));
-            (factor * x).extend(10.0 / (-factor).max(1e-20) / (r2 + soft))
-        });
-    let (work, own) = (&mut fluid.work, volume * kernel.at(0.0));
-    let touch = &work.touch;
-    fluid.neighbours.map(&mut work.pair, |near| {
-        let p = positions[near.i];
-        let (mut density, mut sum, mut square) = (own, Vec4::ZERO, 0.0);
-        for (j, pair) in near.pairs() {
-            let g = pair.truncate().extend(0.0);
-            density += volume * kernel.at((p - positions[j]).length());
-            sum += g;
-            square += g.length_squared();
-        }
-        let touch = &touch[near.i];
-        let sum = sum.truncate();
-        let diagonal = (sum + touch.gradient).length_squared() + square;
-        [
-            density + touch.share,
-            1.0 / diagonal.max(LEAST_DIAGONAL / (d * d)),
-        ]
+    fluid.find_neighbours(|x, r2| {
+        let factor = volume * kernel.gradient_factor(r2.sqrt().max(1e-3 * d));
+        (factor * x).extend(10.0 / (-factor).max(1e-20) / (r2 + soft))
     });
-    for ((density, inverse), pair) in work.density.iter_mut().zip(&mut work.inverse).zip(&work.pair) {
-        [*density, *inverse] = *pair;
-    }
-}
-
-/// Rate at which the density ratio of each particle grows with `velocity`, 1/s, passed through `source`.
-fn compression_rates(fluid: &mut Fluid, source: impl Fn(usize, f32) -> f32 + Sync) {
-    let (velocity, touch) = (&fluid.particles.velocity, &fluid.work.touch);
-    fluid.neighbours.map(&mut fluid.work.source, |near| {
-        let v = velocity[near.i];
-        let mut sum = Vec4::ZERO;
-        for (j, g) in near.pairs() {
-            sum += g * (v - velocity[j]);
-        }
-        let touch = &touch[near.i];
-        let rate = sum.x + sum.y + sum.z + touch.gradient.dot(v.truncate()) - touch.moving;
-        source(near.i, rate)
-    });
-}
-
-/// Accelerations of `pressure`.
-fn accelerations(
-    neighbours: &Neighbours,
-    pressure: &[f32],
-    touch: &[super::boundary::Touch],
-    out: &mut [Vec4],
-) {
-    neighbours.map(out, |near| {
-        let p = pressure[near.i];
-        let mut sum = Vec4::ZERO;
-        for (j, g) in near.pairs() {
-            sum -= (p + pressure[j]) * g;
-        }
-        (sum.truncate() - p * touch[near.i].gradient).extend(0.0)
-    });
-}
-
-/// Solves for the pressures that keep `work.source` + `gain` · (rate of density change of their accelerations) ≤ 0, and
-/// leaves their accelerations. Returns the iterations taken and the mean of what is left above 0.
-fn solve(fluid: &mut Fluid, which: Which, gain: f32, tolerance: f64) -> (u32, f64) {
-    let n = fluid.len() as f64;
     let work = &mut fluid.work;
-    let pressure = match which {
-        Which::Density => &mut fluid.particles.pressure,
-        Which::Divergence => &mut fluid.particles.impulse,
-    };
-    let mut iterations = 0;
-    loop {
-        accelerations(&fluid.neighbours, pressure, &work.touch, &mut work.acceleration);
-        let (a, touch, source, inverse) = (&work.acceleration, &work.touch, &work.source, &work.inverse);
-        let before: &[f32] = pressure;
-        let left = fluid
-            .neighbours
-            .map_sum(&mut work.pressure, &mut work.partial, |near| {
-                let own = a[near.i];
-                let mut sum = Vec4::ZERO;
-                for (j, g) in near.pairs() {
-                    sum += g * (own - a[j]);
-                }
-                let rate = sum.x + sum.y + sum.z + touch[near.i].gradient.dot(own.truncate());
-                let residual = source[near.i] + gain * rate;
-                let change = RELAXATION * residual * inverse[near.i] / gain;
-                let p = before[near.i];
-                ((p + change).max(0.0), f64::from(residual.max(0.0)))
-            });
-        iterations += 1;
-        let mean = left / n;
-        if (mean <= tolerance && iterations >= FEWEST) || iterations == MOST {
-            return (iterations, mean);
+    let (place, touch, own) = (&work.place, &work.touch, volume * kernel.at(0.0));
+    let reach = fluid.kernel.depth_of_gradient(d);
+    fluid.neighbours.map(&mut work.local, |near| {
+        let p = place[near.i];
+        let touch = &touch[near.i];
+        let (mut density, mut sum) = (own, Vec4::ZERO);
+        for (j, g) in near.pairs() {
+            density += volume * kernel.at((p - place[j]).truncate().length());
+            sum += g;
         }
-        std::mem::swap(pressure, &mut work.pressure);
+        let sum = sum.truncate() + touch.gradient;
+        density += touch.share;
+        Local {
+            rows: correction::rows(&near, place, touch),
+            sum,
+            density,
+            filled: density + reach * sum.length(),
+            inverse: [0.0; 2],
+        }
+    });
+    let (mirrors, n) = (&fluid.mirrors, work.local.len());
+    let local = &work.local;
+    fluid.neighbours.pair_with(|j, g| {
+        let (source, sign) = mirrors.behind(j, n);
+        (sign * local[source].correct((sign * g.truncate()).extend(0.0))).extend(0.0)
+    });
+    let least = LEAST_DIAGONAL / (d * d);
+    fluid.neighbours.map(&mut work.inverse, |near| {
+        inverse_diagonal(&near, &local[near.i], least)
+    });
+    for ((local, inverse), density) in work.local.iter_mut().zip(&work.inverse).zip(&mut work.density) {
+        local.inverse = *inverse;
+        *density = local.density;
     }
 }
 
-enum Which {
-    Density,
-    Divergence,
-}
-
-fn accelerate(fluid: &mut Fluid, dt: f32) {
-    let v = &mut fluid.particles.velocity;
-    let a = &fluid.work.acceleration;
-    v.par_iter_mut()
-        .with_min_len(super::fluid::TASK)
-        .zip(a)
+/// Makes the velocities in `work.flow` free of compression.
+pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
+    let n = fluid.len();
+    let work = &mut fluid.work;
+    let system = System {
+        neighbours: &fluid.neighbours,
+        mirrors: &fluid.mirrors,
+        local: &work.local,
+        touch: &work.touch,
+        corrected: true,
+        gain: dt * dt,
+    };
+    let flow = &work.flow;
+    work.buffers.source.resize(n, 0.0);
+    fluid.neighbours.map(&mut work.buffers.source, |near| {
+        let rate = system.rate(&near, flow) - system.moving(near.i);
+        (work.local[near.i].filled - 1.0).min(0.0) + dt * rate
+    });
+    let tolerance = fluid.settings.velocity_tolerance(dt);
+    let (iterations, left) = system.solve(&mut fluid.particles.pressure, &mut work.buffers, tolerance);
+    work.flow[..n]
+        .par_iter_mut()
+        .with_min_len(TASK)
+        .zip(&work.buffers.acceleration)
         .for_each(|(v, a)| *v += dt * *a);
+    fluid.mirrors.extend_vectors(&mut work.flow, n);
+    stepped.iterations[1] = iterations;
+    stepped.divergence = left / f64::from(dt);
+    stepped.stalled |= left > tolerance;
 }
 
-/// Makes the velocities free of compression.
-pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32) -> Stepped {
-    let density = std::mem::take(&mut fluid.work.density);
-    compression_rates(fluid, |i, rate| if density[i] < SPRAY { IDLE } else { rate });
-    fluid.work.density = density;
-    let tolerance = fluid.settings.divergence_tolerance / f64::from(dt);
-    let (iterations, divergence) = solve(fluid, Which::Divergence, dt, tolerance);
-    accelerate(fluid, dt);
-    Stepped {
-        iterations: [0, iterations],
-        divergence,
-        stalled: iterations == MOST,
-        ..Stepped::default()
-    }
-}
-
-/// Makes the densities after the step no larger than at rest.
+/// Finds in `work.change` the displacements after which no particle will be denser than at rest, but for what is
+/// removed gently.
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
-    let density = std::mem::take(&mut fluid.work.density);
-    compression_rates(fluid, |i, rate| (density[i] - 1.0).min(GENTLE) + dt * rate);
-    fluid.work.density = density;
+    let n = fluid.len();
+    let work = &mut fluid.work;
+    let system = System {
+        neighbours: &fluid.neighbours,
+        mirrors: &fluid.mirrors,
+        local: &work.local,
+        touch: &work.touch,
+        corrected: false,
+        gain: 1.0,
+    };
+    let flow = &work.flow;
+    fluid.neighbours.map(&mut work.buffers.source, |near| {
+        let over = work.local[near.i].density - 1.0;
+        let rate = system.rate(&near, flow) - system.moving(near.i);
+        (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) + dt * rate
+    });
     let tolerance = fluid.settings.density_tolerance;
-    let (iterations, compression) = solve(fluid, Which::Density, dt * dt, tolerance);
-    accelerate(fluid, dt);
+    let (iterations, left) = system.solve(&mut fluid.particles.shift, &mut work.buffers, tolerance);
+    let most = FARTHEST * fluid.settings.spacing;
+    work.change
+        .par_iter_mut()
+        .with_min_len(TASK)
+        .zip(&work.buffers.acceleration)
+        .for_each(|(x, a)| *x = a.truncate().clamp_length_max(most).extend(0.0));
     stepped.iterations[0] = iterations;
-    stepped.compression = compression;
-    stepped.stalled |= iterations == MOST;
+    let over = |i: usize| f64::from((work.local[i].density - 1.0).max(0.0));
+    stepped.compression = crate::reduce::sum(n, over) / n as f64;
+    stepped.stalled |= left > tolerance;
 }

@@ -2,8 +2,12 @@
 
 use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
+use super::correction::Local;
 use super::kernel::{CubicSpline, Muller};
+use super::mirrors::Mirrors;
 use super::neighbours::Neighbours;
+use super::noise::{self, Gradient};
+use super::pressure::Buffers;
 use super::settings::{Model, Settings};
 use super::{dfsph, mcg03, viscosity};
 use crate::reduce;
@@ -21,28 +25,31 @@ const RUNAWAY: f32 = 1e7;
 pub(crate) struct Particles {
     pub(crate) position: Vec<Vec4>,
     pub(crate) velocity: Vec<Vec4>,
-    /// Pressure over density that kept the density in the last step, m²/s².
+    /// Pressure over density in the last step, m²/s².
     pub(crate) pressure: Vec<f32>,
-    /// Pressure over density that removed the divergence in the last step, m²/s².
-    pub(crate) impulse: Vec<f32>,
+    /// What pushed compressed particles apart in the last step, m².
+    pub(crate) shift: Vec<f32>,
 }
 
-/// What a step computes for each particle.
+/// What a step computes for each particle; lists said to have images hold theirs behind the particles'.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
+    /// Positions at the start of the step, with images.
+    pub(crate) place: Vec<Vec4>,
+    /// Velocities, with images.
+    pub(crate) flow: Vec<Vec4>,
     /// Density over rest density.
     pub(crate) density: Vec<f32>,
-    /// Inverse of the diagonal of the pressure system, m².
-    pub(crate) inverse: Vec<f32>,
+    pub(crate) local: Vec<Local>,
+    pub(crate) inverse: Vec<[f32; 2]>,
     pub(crate) touch: Vec<Touch>,
-    pub(crate) acceleration: Vec<Vec4>,
-    pub(crate) source: Vec<f32>,
-    pub(crate) pressure: Vec<f32>,
-    pub(crate) pair: Vec<[f32; 2]>,
+    pub(crate) gradient: Vec<Gradient>,
+    /// Changes of velocity, then displacements.
+    pub(crate) change: Vec<Vec4>,
+    pub(crate) buffers: Buffers,
     pub(crate) residual: Vec<Vec4>,
     pub(crate) direction: Vec<Vec4>,
     pub(crate) product: Vec<Vec4>,
-    pub(crate) partial: Vec<f64>,
     spare4: Vec<Vec4>,
     spare: Vec<f32>,
 }
@@ -52,9 +59,9 @@ pub(crate) struct Work {
 pub struct Stepped {
     /// Iterations of the density and of the divergence solver.
     pub iterations: [u32; 2],
-    /// Mean compression that the density solver left, relative.
+    /// Mean compression at the start of the step, relative.
     pub compression: f64,
-    /// Mean rate of compression that the divergence solver left, 1/s.
+    /// Mean rate of compression, or of what a pressure too high opens, that the divergence solver left, 1/s.
     pub divergence: f64,
     /// Iterations of the viscosity solver.
     pub viscous: u32,
@@ -72,6 +79,7 @@ pub struct Fluid {
     pub(crate) muller: Muller,
     table: WallTable,
     pub(crate) cells: Cells,
+    pub(crate) mirrors: Mirrors,
     pub(crate) neighbours: Neighbours,
     pub(crate) work: Work,
     /// The neighbours are those of the present positions.
@@ -81,7 +89,7 @@ pub struct Fluid {
 impl Fluid {
     /// Water within `boundary`.
     pub fn new(settings: Settings, boundary: Boundary) -> Self {
-        let kernel = CubicSpline::new(settings.support());
+        let kernel = CubicSpline::of_lattice(settings.support(), settings.spacing);
         Self {
             table: WallTable::new(&kernel, settings.spacing),
             muller: Muller::new(settings.support()),
@@ -90,6 +98,7 @@ impl Fluid {
             boundary,
             particles: Particles::default(),
             cells: Cells::default(),
+            mirrors: Mirrors::default(),
             neighbours: Neighbours::default(),
             work: Work::default(),
             fresh: false,
@@ -101,7 +110,7 @@ impl Fluid {
         self.particles.position.push(position.extend(0.0));
         self.particles.velocity.push(velocity.extend(0.0));
         self.particles.pressure.push(0.0);
-        self.particles.impulse.push(0.0);
+        self.particles.shift.push(0.0);
         self.fresh = false;
     }
 
@@ -115,7 +124,7 @@ impl Fluid {
                 p.position[kept] = p.position[k];
                 p.velocity[kept] = p.velocity[k];
                 p.pressure[kept] = p.pressure[k];
-                p.impulse[kept] = p.impulse[k];
+                p.shift[kept] = p.shift[k];
                 kept += 1;
             }
         }
@@ -123,7 +132,7 @@ impl Fluid {
             p.position.truncate(kept);
             p.velocity.truncate(kept);
             p.pressure.truncate(kept);
-            p.impulse.truncate(kept);
+            p.shift.truncate(kept);
             self.fresh = false;
         }
         before - kept
@@ -154,14 +163,26 @@ impl Fluid {
         &mut self.particles.velocity
     }
 
-    /// Pressure over rest density of particle `k` in the last step, m²/s².
+    /// Pressure over rest density about particle `k` in the last step, m²/s²: the mean of it and its neighbours with the
+    /// weights of the kernel. What single particles have besides averages out within one spacing and moves nothing.
     pub fn pressure(&self, k: usize) -> f64 {
-        f64::from(self.particles.pressure[k]) + f64::from(self.particles.impulse[k])
+        let (place, pressure) = (&self.work.place, &self.particles.pressure);
+        let (Some(near), Some(&p)) = (self.neighbours.of(k), place.get(k)) else {
+            return 0.0;
+        };
+        let own = self.kernel.at(0.0);
+        let (mut sum, mut weight) = (own * pressure[k], own);
+        for &j in near {
+            let w = self.kernel.at((p - place[j as usize]).truncate().length());
+            sum += w * pressure[self.mirrors.behind(j as usize, self.len()).0];
+            weight += w;
+        }
+        f64::from(sum / weight)
     }
 
     /// Density over rest density at the positions before the last step.
     pub fn densities(&self) -> &[f32] {
-        &self.work.density
+        &self.work.density[..self.len().min(self.work.density.len())]
     }
 
     /// What it was told.
@@ -216,7 +237,11 @@ impl Fluid {
         for obstacle in &self.boundary.obstacles {
             speed = speed.max(obstacle.pose.velocity.length());
         }
-        self.settings.stable_step(speed)
+        let pressure = &self.particles.pressure;
+        let head = reduce::arg_max(pressure.len(), |k| f64::from(pressure[k])).map_or(0.0, |p| p.1);
+        self.settings
+            .stable_step(speed)
+            .min(self.settings.stable_under(head))
     }
 
     /// Sorts the particles and finds their neighbours, unless that was done since they last moved.
@@ -229,8 +254,16 @@ impl Fluid {
         self.cells.reorder(&mut p.position, &mut work.spare4);
         self.cells.reorder(&mut p.velocity, &mut work.spare4);
         self.cells.reorder(&mut p.pressure, &mut work.spare);
-        self.cells.reorder(&mut p.impulse, &mut work.spare);
+        self.cells.reorder(&mut p.shift, &mut work.spare);
         let n = p.position.len();
+        // The paper's model has no images: its forces are not the gradient of its density, and a particle pushed by its
+        // own image gains energy.
+        let mirrors = self.settings.model == Model::Dfsph;
+        let images = if mirrors { &p.position[..] } else { &[] };
+        self.mirrors.find(&self.boundary, images, self.settings.support());
+        work.place.clear();
+        work.place.extend_from_slice(&p.position);
+        work.place.extend_from_slice(&self.mirrors.position);
         work.touch.resize(n, Touch::default());
         let (table, boundary) = (&self.table, &self.boundary);
         let sticks = self.settings.sticks && self.settings.viscosity > 0.0;
@@ -238,22 +271,24 @@ impl Fluid {
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&p.position)
-            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks));
-        for list in [
-            &mut work.density,
-            &mut work.inverse,
-            &mut work.source,
-            &mut work.pressure,
-        ] {
-            list.resize(n, 0.0);
-        }
-        work.acceleration.resize(n, Vec4::ZERO);
-        work.pair.resize(n, [0.0; 2]);
+            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks, mirrors));
+        work.density.resize(n, 0.0);
+        work.local.resize(n, Local::default());
+        work.inverse.resize(n, [0.0; 2]);
+        work.change.resize(n, Vec4::ZERO);
         match self.settings.model {
             Model::Dfsph => dfsph::prepare(self),
             Model::Mcg03 => mcg03::prepare(self),
         }
         self.fresh = true;
+    }
+
+    /// Lists the neighbours of all particles, with `pair` of each.
+    pub(crate) fn find_neighbours(&mut self, pair: impl Fn(Vec3, f32) -> Vec4 + Sync) {
+        let (n, support) = (self.particles.position.len(), self.settings.support());
+        let images = &self.mirrors.cells;
+        self.neighbours
+            .find(&self.cells, images, n, &self.work.place, support, pair);
     }
 
     /// Takes one sub-step of `dt` seconds, which the caller has kept below [`Self::stable_step`].
@@ -262,16 +297,24 @@ impl Fluid {
             return Stepped::default();
         }
         self.refresh();
+        let n = self.len();
+        let mut flow = std::mem::take(&mut self.work.flow);
+        flow.clear();
+        flow.extend_from_slice(&self.particles.velocity);
+        self.mirrors.extend_vectors(&mut flow, n);
+        self.work.flow = flow;
         let stepped = match self.settings.model {
             Model::Dfsph => {
-                let mut stepped = dfsph::remove_divergence(self, dt);
+                let mut stepped = Stepped::default();
+                noise::damp(self, dt);
                 let gravity = (self.settings.gravity * dt).extend(0.0);
-                self.particles
-                    .velocity
+                self.work.flow[..n]
                     .par_iter_mut()
                     .with_min_len(TASK)
                     .for_each(|v| *v += gravity);
                 stepped.viscous = viscosity::apply(self, dt);
+                self.mirrors.extend_vectors(&mut self.work.flow, n);
+                dfsph::remove_divergence(self, dt, &mut stepped);
                 dfsph::keep_density(self, dt, &mut stepped);
                 stepped
             }
@@ -281,20 +324,21 @@ impl Fluid {
         stepped
     }
 
-    /// Moves the particles with their velocities, and back where they passed a boundary.
+    /// Moves the particles with their velocities and displacements, and back where they passed a boundary.
     fn move_on(&mut self, dt: f32) {
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
-            .with_min_len(TASK)
             .zip(&mut p.velocity)
-            .for_each(|(position, velocity)| {
-                let mut v = velocity.truncate();
-                let mut x = position.truncate() + dt * v;
-                if boundary.confine(spacing, &mut x, &mut v) {
-                    *velocity = v.extend(0.0);
-                }
+            .with_min_len(TASK)
+            .zip(&self.work.flow)
+            .zip(&self.work.change)
+            .for_each(|(((position, velocity), flow), change)| {
+                let mut v = flow.truncate();
+                let mut x = (*position + *change).truncate() + dt * v;
+                boundary.confine(spacing, &mut x, &mut v);
+                *velocity = v.extend(0.0);
                 *position = x.extend(0.0);
             });
         self.fresh = false;
@@ -306,25 +350,23 @@ impl Fluid {
         let fours = [
             &p.position,
             &p.velocity,
-            &w.acceleration,
+            &w.place,
+            &w.flow,
+            &w.change,
             &w.residual,
             &w.direction,
             &w.product,
             &w.spare4,
         ];
-        let ones = [
-            &p.pressure,
-            &p.impulse,
-            &w.density,
-            &w.inverse,
-            &w.source,
-            &w.pressure,
-            &w.spare,
-        ];
+        let ones = [&p.pressure, &p.shift, &w.density, &w.spare];
         let own: usize = fours.iter().map(|v| 16 * v.capacity()).sum::<usize>()
             + ones.iter().map(|v| 4 * v.capacity()).sum::<usize>()
             + size_of::<Touch>() * w.touch.capacity()
-            + 8 * w.pair.capacity();
+            + size_of::<Local>() * w.local.capacity()
+            + size_of::<Gradient>() * w.gradient.capacity()
+            + 8 * w.inverse.capacity()
+            + w.buffers.bytes()
+            + self.mirrors.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }
 }

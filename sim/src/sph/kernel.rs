@@ -27,6 +27,40 @@ impl CubicSpline {
         }
     }
 
+    /// Scaled so that its sum and that of its gradients over a cubic lattice of `spacing` are exact: a particle's volume
+    /// is then the lattice's, and a column of them does not settle. The scales are within 1 % of 1.
+    pub(crate) fn of_lattice(support: f32, spacing: f32) -> Self {
+        let mut kernel = Self::new(support);
+        let reach = (support / spacing) as i32;
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for i in -reach..=reach {
+            for j in -reach..=reach {
+                for k in -reach..=reach {
+                    let r = spacing * ((i * i + j * j + k * k) as f32).sqrt();
+                    sum += kernel.at(r);
+                    if r > 0.0 && r < support {
+                        moment -= kernel.gradient_factor(r) * r * r / 3.0;
+                    }
+                }
+            }
+        }
+        let volume = spacing.powi(3);
+        kernel.value /= volume * sum;
+        kernel.slope /= volume * moment;
+        kernel
+    }
+
+    /// Share of the density over its gradient, in metres, that a level surface half a spacing above a lattice lacks.
+    pub(crate) fn depth_of_gradient(&self, spacing: f32) -> f32 {
+        let (mut share, mut slope, mut s) = (0.0, 0.0, spacing);
+        while s < self.support {
+            share += self.over_plane(s);
+            slope -= self.over_plane_slope(s);
+            s += spacing;
+        }
+        share / slope
+    }
+
     pub(crate) fn support(&self) -> f32 {
         self.support
     }
@@ -56,7 +90,7 @@ impl CubicSpline {
         } else {
             u.powi(4) * (0.5 - 0.4 * u)
         };
-        16.0 * self.inverse * integral
+        2.0 * PI * self.value * self.support * self.support * integral
     }
 
     /// Derivative of [`Self::over_plane`] in 1/m².

@@ -11,17 +11,16 @@ use rayon::prelude::*;
 
 /// Length of the colour field's gradient below which a particle is inside, times the spacing (eq. 18, threshold).
 const INSIDE: f32 = 0.5;
+/// Farthest in particle spacings that the forces of one step may move a particle: what was put inside other water
+/// leaves it instead of being thrown.
+const FARTHEST: f32 = 0.1;
 
 /// Neighbours with their vector and distance; densities.
 pub(super) fn prepare(fluid: &mut Fluid) {
     let kernel = fluid.muller;
     let d = fluid.settings.spacing;
     let volume = d * d * d;
-    let positions = &fluid.particles.position;
-    let support = fluid.settings.support();
-    fluid
-        .neighbours
-        .find(&fluid.cells, positions, support, |x, r2| x.extend(r2.sqrt()));
+    fluid.find_neighbours(|x, r2| x.extend(r2.sqrt()));
     let rest = fluid.settings.lattice_density();
     let (touch, own) = (&fluid.work.touch, volume * kernel.poly6(0.0));
     fluid.neighbours.map(&mut fluid.work.density, |near| {
@@ -29,6 +28,8 @@ pub(super) fn prepare(fluid: &mut Fluid) {
         // The lattice sum of poly6 is not 1 at this support, so densities are relative to it.
         (own + volume * sum) / rest + touch[near.i].share
     });
+    let n = fluid.work.density.len();
+    fluid.mirrors.extend_scalars(&mut fluid.work.density, n);
 }
 
 /// Takes the velocities through `dt`.
@@ -38,23 +39,24 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
     let d = s.spacing;
     let volume = d * d * d;
     let (stiffness, rest) = (s.stiffness, s.lattice_density());
-    let density = &fluid.work.density;
+    let n = fluid.particles.position.len();
+    let work = &mut fluid.work;
     fluid
         .particles
         .pressure
         .par_iter_mut()
         .with_min_len(TASK)
-        .zip(density)
+        .zip(&work.density)
         .for_each(|(p, density)| *p = stiffness * (density - 1.0).max(0.0));
-    let (pressure, velocity, touch) = (
-        &fluid.particles.pressure,
-        &fluid.particles.velocity,
-        &fluid.work.touch,
-    );
+    work.buffers.pressure.clear();
+    work.buffers.pressure.extend_from_slice(&fluid.particles.pressure);
+    fluid.mirrors.extend_scalars(&mut work.buffers.pressure, n);
+    let (density, pressure) = (&work.density, &work.buffers.pressure);
+    let (velocity, touch) = (&work.flow, &work.touch);
     let viscosity = s.viscosity * volume / rest;
     let tension = s.surface_tension / s.density;
     let gravity = s.gravity;
-    fluid.neighbours.map(&mut fluid.work.acceleration, |near| {
+    fluid.neighbours.map(&mut work.change, |near| {
         let i = near.i;
         let (p, v) = (pressure[i], velocity[i]);
         let (mut push, mut drag) = (Vec4::ZERO, Vec4::ZERO);
@@ -79,23 +81,19 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
         }
         (a + gravity - s.viscosity * touch.drag * v.truncate() + s.viscosity * touch.dragged).extend(0.0)
     });
-    let a = &fluid.work.acceleration;
-    fluid
-        .particles
-        .velocity
+    let limit = FARTHEST * d / dt;
+    work.flow[..n]
         .par_iter_mut()
         .with_min_len(TASK)
-        .zip(a)
-        .for_each(|(v, a)| *v += dt * *a);
-    let n = fluid.len() as f64;
-    let over: f64 = fluid
-        .work
-        .density
-        .iter()
-        .map(|d| f64::from((d - 1.0).max(0.0)))
-        .sum();
+        .zip(&mut work.change)
+        .for_each(|(v, change)| {
+            *v += (dt * change.truncate()).clamp_length_max(limit).extend(0.0);
+            *change = Vec4::ZERO;
+        });
+    let over = |i: usize| f64::from((work.density[i] - 1.0).max(0.0));
+    let over = crate::reduce::sum(n, over);
     Stepped {
-        compression: over / n,
+        compression: over / n as f64,
         ..Stepped::default()
     }
 }

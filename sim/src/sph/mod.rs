@@ -2,8 +2,9 @@
 //!
 //! After Cords 2007, section 3, with a better solver beside his: [`Settings::model`] is `dfsph` (divergence-free SPH,
 //! incompressible) or `mcg03` (state equation). A step sorts the particles into cells (`cells`), lists neighbours with
-//! what every pass needs of a pair (`neighbours`), adds what boundaries fill (`boundary`, `obstacle`,
-//! `distance_field`), and solves for pressure (`dfsph`, `mcg03`) and viscosity (`viscosity`). `extract` makes heightfield
+//! what every pass needs of a pair (`neighbours`), adds images beyond flat walls (`mirrors`) and what other boundaries fill
+//! (`boundary`, `obstacle`, `distance_field`), damps what is not resolved (`noise`), and finds viscosity (`viscosity`) and
+//! pressure (`mcg03`; `dfsph` with `correction` and `pressure`). `extract` makes heightfield
 //! frames of the particles; `solver` drives both for a scene, with what pours in (`jets`) and what acts on the water
 //! (`actions`).
 
@@ -11,6 +12,7 @@ mod actions;
 mod boundary;
 pub mod cases;
 mod cells;
+mod correction;
 mod dfsph;
 mod distance_field;
 mod extract;
@@ -18,8 +20,11 @@ mod fluid;
 mod jets;
 mod kernel;
 mod mcg03;
+mod mirrors;
 mod neighbours;
+mod noise;
 mod obstacle;
+mod pressure;
 mod settings;
 mod solver;
 mod viscosity;

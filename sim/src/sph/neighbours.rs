@@ -17,6 +17,7 @@ struct Block {
     start: Vec<u32>,
     index: Vec<u32>,
     pair: Vec<Vec4>,
+    other: Vec<Vec4>,
     /// Candidates of one particle that are within the support.
     near: Vec<u32>,
     square: Vec<f32>,
@@ -39,6 +40,8 @@ pub(crate) struct Near<'a> {
     pub(crate) index: &'a [u32],
     /// Four values of each pair.
     pub(crate) pair: &'a [Vec4],
+    /// The vector that [`Neighbours::pair_with`] gave each pair.
+    pub(crate) other: &'a [Vec4],
 }
 
 impl Near<'_> {
@@ -53,27 +56,32 @@ impl Near<'_> {
 }
 
 impl Neighbours {
-    /// Finds all pairs nearer than `support` and stores `pair(x_i − x_j, |x_i − x_j|²)` of each.
+    /// Finds all pairs nearer than `support` of the first `count` of `positions`, in `cells`, with those and with the
+    /// images that follow them, in `images`, and stores `pair(x_i − x_j, |x_i − x_j|²)` of each.
     pub(crate) fn find(
         &mut self,
         cells: &Cells,
+        images: &Cells,
+        count: usize,
         positions: &[Vec4],
         support: f32,
         pair: impl Fn(Vec3, f32) -> Vec4 + Sync,
     ) {
-        let blocks = positions.len().div_ceil(BLOCK);
+        let blocks = count.div_ceil(BLOCK);
         self.blocks.resize_with(blocks, Block::default);
         let square = support * support;
         let coincident = COINCIDENT * COINCIDENT * square;
         self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
-            let end = ((b + 1) * BLOCK).min(positions.len());
+            let end = ((b + 1) * BLOCK).min(count);
             block.start.clear();
             block.index.clear();
             block.pair.clear();
+            block.other.clear();
             block.start.push(0);
             for i in b * BLOCK..end {
                 let p = positions[i];
-                let found = near(block, cells, positions, i, square);
+                let found = near(block, cells, &positions[..count], (i, p), square, (0, 0));
+                let found = near(block, images, &positions[count..], (i, p), square, (found, count));
                 for k in 0..found {
                     let j = block.near[k];
                     let x = if block.square[k] > coincident {
@@ -86,6 +94,15 @@ impl Neighbours {
                 }
                 block.start.push(block.index.len() as u32);
             }
+        });
+    }
+
+    /// Gives each pair a vector, `f(neighbour, pair)`.
+    pub(crate) fn pair_with(&mut self, f: impl Fn(usize, Vec4) -> Vec4 + Sync) {
+        self.blocks.par_iter_mut().for_each(|block| {
+            let pairs = block.index.iter().zip(&block.pair);
+            block.other.clear();
+            block.other.extend(pairs.map(|(&j, &g)| f(j as usize, g)));
         });
     }
 
@@ -127,10 +144,19 @@ impl Neighbours {
         partial.iter().sum()
     }
 
+    /// Neighbours of particle `k`, if it had been added when they were listed.
+    pub(crate) fn of(&self, k: usize) -> Option<&[u32]> {
+        let block = self.blocks.get(k / BLOCK)?;
+        let (from, to) = (block.start.get(k % BLOCK)?, block.start.get(k % BLOCK + 1)?);
+        block.index.get(*from as usize..*to as usize)
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         self.blocks
             .iter()
-            .map(|b| 4 * (b.start.capacity() + b.index.capacity()) + 16 * b.pair.capacity())
+            .map(|b| {
+                4 * (b.start.capacity() + b.index.capacity()) + 16 * (b.pair.capacity() + b.other.capacity())
+            })
             .sum()
     }
 }
@@ -142,7 +168,8 @@ impl Block {
         Near {
             i: b * BLOCK + k,
             index: &self.index[range.clone()],
-            pair: &self.pair[range],
+            pair: &self.pair[range.clone()],
+            other: self.other.get(range).unwrap_or_default(),
         }
     }
 }
@@ -155,12 +182,18 @@ fn apart(i: usize, j: usize) -> Vec3 {
     if i < j { direction } else { -direction }
 }
 
-/// Lists in `block.near` what is within reach of particle `i`, without a branch a candidate, since which are near is
-/// a matter of chance. Returns how many there are.
+/// Lists in `block.near`, behind the `found` that are there, what of `cells` is within reach of particle `i` at `p`,
+/// without a branch a candidate, since which are near is a matter of chance. Numbers are counted from `first`. Returns
+/// how many there are in all.
 #[inline]
-fn near(block: &mut Block, cells: &Cells, positions: &[Vec4], i: usize, square: f32) -> usize {
-    let p = positions[i];
-    let mut found = 0;
+fn near(
+    block: &mut Block,
+    cells: &Cells,
+    positions: &[Vec4],
+    (i, p): (usize, Vec4),
+    square: f32,
+    (mut found, first): (usize, usize),
+) -> usize {
     cells.runs_around(p.truncate(), |run| {
         let room = found + run.len() + 1;
         if block.near.len() < room {
@@ -171,6 +204,7 @@ fn near(block: &mut Block, cells: &Cells, positions: &[Vec4], i: usize, square: 
         for (j, q) in run.clone().zip(&positions[run]) {
             let x = p - *q;
             let r2 = x.x * x.x + x.y * x.y + x.z * x.z;
+            let j = first + j;
             list[found] = j as u32;
             squares[found] = r2;
             found += usize::from(r2 < square && j != i);

@@ -6,6 +6,10 @@ use glam::Vec3;
 
 /// Twice the share of a spacing that gravity moves in a sub-step what rests.
 const FALL: f64 = 0.01;
+/// Support of the kernels in particle spacings.
+const SUPPORT: f32 = 2.22;
+/// Share of a support that sound may cross in a sub-step of `mcg03`.
+const SOUND: f64 = 0.4;
 
 /// How pressure is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,13 +64,14 @@ impl Settings {
             courant: 0.4,
             step: f32::INFINITY,
             density_tolerance: 1e-4,
-            divergence_tolerance: 1e-3,
+            divergence_tolerance: 1e-4,
         }
     }
 
-    /// Support of the kernels, m: two spacings, which gives some 30 neighbours.
+    /// Support of the kernels, m: some 45 neighbours. Less, and the sums depend on how the particles lie; more, and the
+    /// layers next to a surface lack neighbours too.
     pub fn support(&self) -> f32 {
-        2.0 * self.spacing
+        SUPPORT * self.spacing
     }
 
     /// Longest stable sub-step in seconds when nothing is faster than `speed` m/s.
@@ -83,10 +88,33 @@ impl Settings {
         if self.model == Model::Mcg03 {
             let h = f64::from(self.support());
             let sound = f64::from(self.stiffness).sqrt();
-            step = step.min(0.4 * h / (sound + f64::from(speed)).max(1e-9 * h));
+            step = step.min(SOUND * h / (sound + f64::from(speed)).max(1e-9 * h));
             step = step.min(0.05 * h * h / f64::from(self.viscosity).max(1e-12));
         }
         step
+    }
+
+    /// Longest sub-step in seconds of `dfsph` that is stable where the pressure over density is `head` m²/s².
+    ///
+    /// Particles under pressure resist being moved from their places like a lattice of springs, p/d² stiff, which steps
+    /// of more than 0.8 d/√p drive to oscillate ever more.
+    pub(crate) fn stable_under(&self, head: f64) -> f64 {
+        match self.model {
+            Model::Dfsph => 0.5 * f64::from(self.spacing) / head.max(1e-12).sqrt(),
+            Model::Mcg03 => f64::INFINITY,
+        }
+    }
+
+    /// Mean compression in a step of `dt` seconds that the velocities may keep: a hundredth of what gravity does to a
+    /// layer on the ground, or pressures would be wrong by as much.
+    pub(crate) fn velocity_tolerance(&self, dt: f32) -> f64 {
+        let fall = f64::from(self.gravity.length() * dt * dt / self.spacing);
+        let tolerance = self.divergence_tolerance;
+        if fall > 0.0 {
+            (0.01 * fall).clamp(0.01 * tolerance, tolerance)
+        } else {
+            tolerance
+        }
     }
 }
 
@@ -94,9 +122,10 @@ impl Settings {
     /// Sum of the poly6 kernel over a cubic lattice of particles, times the volume of one: what `mcg03` takes as the
     /// density at rest.
     pub(crate) fn lattice_density(&self) -> f32 {
-        // With a support of two spacings, s² = r²/h² is n/4: Σ counts · (1 − n/4)³ · 315/(64π 8).
-        const COUNTS: [(f32, f32); 4] = [(0.0, 1.0), (1.0, 6.0), (2.0, 12.0), (3.0, 8.0)];
-        let sum: f32 = COUNTS.iter().map(|(n, c)| c * (1.0 - 0.25 * n).powi(3)).sum();
-        sum * 315.0 / (64.0 * std::f32::consts::PI * 8.0)
+        // How many places are √n spacings away: Σ counts · (1 − n/SUPPORT²)³ · 315/(64π SUPPORT³).
+        const COUNTS: [(f32, f32); 5] = [(0.0, 1.0), (1.0, 6.0), (2.0, 12.0), (3.0, 8.0), (4.0, 6.0)];
+        let share = |n: f32| (1.0 - n / (SUPPORT * SUPPORT)).max(0.0).powi(3);
+        let sum: f32 = COUNTS.iter().map(|(n, c)| c * share(*n)).sum();
+        sum * 315.0 / (64.0 * std::f32::consts::PI * SUPPORT.powi(3))
     }
 }

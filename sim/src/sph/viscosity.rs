@@ -25,16 +25,12 @@ pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
         return 0;
     }
     let n = fluid.len();
-    for list in [
-        &mut fluid.work.residual,
-        &mut fluid.work.direction,
-        &mut fluid.work.product,
-    ] {
+    for list in [&mut fluid.work.residual, &mut fluid.work.product] {
         list.resize(n, Vec4::ZERO);
     }
     // r = b − (1 + ν dt K) v with b = v + ν dt (pull of the walls): minus the viscous change itself.
     let mut residual = std::mem::take(&mut fluid.work.residual);
-    operator(fluid, &fluid.particles.velocity, &mut residual);
+    operator(fluid, &fluid.work.flow, &mut residual);
     let touch = &fluid.work.touch;
     residual
         .par_iter_mut()
@@ -46,8 +42,8 @@ pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
     fluid.work.residual = residual;
     if scale <= EXPLICIT * d * d && !fluid.settings.sticks {
         let change = &fluid.work.residual;
-        let v = &mut fluid.particles.velocity;
-        v.par_iter_mut()
+        fluid.work.flow[..n]
+            .par_iter_mut()
             .with_min_len(TASK)
             .zip(change)
             .for_each(|(v, r)| *v += *r);
@@ -65,23 +61,26 @@ fn conjugate_gradients(fluid: &mut Fluid, scale: f32) -> u32 {
     let mut residual = std::mem::take(&mut fluid.work.residual);
     let mut direction = std::mem::take(&mut fluid.work.direction);
     let mut product = std::mem::take(&mut fluid.work.product);
-    direction.copy_from_slice(&residual);
+    direction.clear();
+    direction.extend_from_slice(&residual);
+    let n = residual.len();
     let first = dot(&residual, &residual);
     let mut square = first;
     let mut iterations = 0;
     while iterations < MOST && square > TOLERANCE * TOLERANCE * first {
+        fluid.mirrors.extend_vectors(&mut direction, n);
         operator(fluid, &direction, &mut product);
         product
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&direction)
             .for_each(|(q, p)| *q = *p + scale * *q);
-        let curvature = dot(&direction, &product);
+        let curvature = dot(&direction[..n], &product);
         if !(curvature > 0.0) {
             break;
         }
         let along = (square / curvature) as f32;
-        let v = &mut fluid.particles.velocity;
+        let v = &mut fluid.work.flow[..n];
         v.par_iter_mut()
             .zip(&mut residual)
             .zip(direction.par_iter().zip(&product))
@@ -92,7 +91,7 @@ fn conjugate_gradients(fluid: &mut Fluid, scale: f32) -> u32 {
             });
         let next = dot(&residual, &residual);
         let keep = (next / square) as f32;
-        direction
+        direction[..n]
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&residual)

@@ -53,6 +53,13 @@ pub fn fingerprint(scene: &Scene) -> u64 {
         hasher.write(bytemuck::cast_slice(&mesh.positions));
         hasher.write(bytemuck::cast_slice(&mesh.normals));
         mesh.triangles.hash(&mut hasher);
+        mesh.material_of.hash(&mut hasher);
+        for material in &mesh.materials {
+            format!("{:?}{:?}", material.color, material.shine).hash(&mut hasher);
+            if let Some(texture) = &material.texture {
+                hasher.write(texture.texels.as_flattened());
+            }
+        }
     }
     hasher.finish()
 }

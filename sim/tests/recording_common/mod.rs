@@ -29,6 +29,7 @@ pub fn scene(size: UVec2, tolerance: f32) -> Scene {
         texcoords: vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
         triangles: vec![[0, 1, 2], [2, 1, 3]],
         base_color: Vec3::new(0.2, 0.3, 0.4),
+        ..TriangleMesh::default()
     };
     let sky = Panorama {
         size: UVec2::new(8, 4),

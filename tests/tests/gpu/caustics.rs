@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use glam::{DVec3, UVec2, Vec2};
+use meniscus_render_cpu::photon::{self, PhotonMapper};
 use meniscus_render_gpu::{GpuRenderer, PhotonMap, Settings, Technique};
 use meniscus_sim::{Frame, Grid, Scene, optics};
 use std::path::Path;
@@ -121,6 +122,24 @@ fn the_map_is_that_of_double_precision() {
     let error = rms(inner(129).map(|k| f64::from(found[k]) - truth[k]));
     let signal = rms(inner(129).map(|k| truth[k] - 1.0));
     println!("rms error {error}, rms of the light's pattern {signal}");
+    assert!(error <= 0.05 && signal > 0.1, "{error} {signal}");
+}
+
+/// The map of photons that the CPU follows one by one, in cells where this one has texels.
+#[test]
+fn the_map_is_that_of_the_photon_mapper() {
+    let scene = scene(60.0);
+    let frame = frame(&scene, false);
+    let (size, found) = map(&scene, &frame, PhotonMap::Grid { filter: false }, false).unwrap();
+    let view = view(&scene, None, UVec2::new(16, 9));
+    let mut mapper = PhotonMapper::new(photon::Settings::caustics(1 << 21));
+    let maps = mapper.maps(&scene, &frame, &view, &|_| true).unwrap();
+    let theirs = maps.floor.unwrap().relative();
+    assert_eq!(theirs.spec().size, size);
+    let theirs = theirs.as_slice();
+    let error = rms(inner(129).map(|k| f64::from(found[k] - theirs[k])));
+    let signal = rms(inner(129).map(|k| f64::from(theirs[k] - 1.0)));
+    println!("rms difference {error}, rms of the light's pattern {signal}");
     assert!(error <= 0.05 && signal > 0.1, "{error} {signal}");
 }
 

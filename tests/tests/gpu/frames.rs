@@ -101,6 +101,35 @@ fn a_frame_of_another_grid_is_drawn_as_if_it_were_the_first() {
     assert!(back == fresh);
 }
 
+/// Frames in which only the water moves share one voxel field; a body that moves makes another.
+#[test]
+fn a_voxel_field_stands_until_something_moves() {
+    let scene = scene("pool");
+    let mut frame = frame(&scene, 3);
+    let view = view(&scene, None, SMALL);
+    let mut renderer = gpu(Technique::DistanceField);
+    let (first, _) = gpu_image(&mut renderer, &scene, &frame, &view);
+    for h in frame.elevation.as_mut_slice() {
+        *h *= 0.5;
+    }
+    let (calmer, _) = gpu_image(&mut renderer, &scene, &frame, &view);
+    assert!(first != calmer);
+    assert_eq!(renderer.voxel_fields(), 1);
+    let mut poses: Vec<_> = (0..scene.description.objects.len())
+        .map(|k| {
+            let at = meniscus_sim::stage::objects::standing(&scene, &frame, k).unwrap();
+            let mut pose = meniscus_sim::BodyPose::default();
+            (pose.position, pose.rotation) = (at.position.as_vec3(), at.rotation.as_quat());
+            pose
+        })
+        .collect();
+    poses[0].position.x += 0.5;
+    frame.bodies = Some(poses);
+    let (moved, _) = gpu_image(&mut renderer, &scene, &frame, &view);
+    assert_eq!(renderer.voxel_fields(), 2);
+    assert!(gpu_image(&mut gpu(Technique::DistanceField), &scene, &frame, &view).0 == moved);
+}
+
 #[test]
 fn a_lost_device_is_replaced() {
     let scene = scene("ripple-tank");

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod caustics;
+mod foreign;
 mod frames;
 mod pruning;
 mod support;

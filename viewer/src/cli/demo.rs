@@ -71,6 +71,9 @@ pub(super) fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             spp: STILL_SAMPLES,
             noise: None,
             time_limit: None,
+            passes: None,
+            resume: false,
+            auxiliary: false,
             ..picture(&recording, &args.out.join(file), camera)
         };
         pictures.push(draw(&still, console, interrupt)?);
@@ -119,6 +122,9 @@ fn picture(recording: &Path, out: &Path, camera: &str) -> RenderArgs {
         spp: 1,
         noise: None,
         time_limit: None,
+        passes: None,
+        resume: false,
+        auxiliary: false,
         speed: 1.0,
         exposure: None,
         out: out.to_owned(),

@@ -27,6 +27,7 @@ mod progress;
 pub(crate) mod progressive;
 mod record;
 pub(crate) mod render;
+mod resume;
 mod study;
 mod view;
 mod volume;

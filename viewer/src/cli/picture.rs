@@ -1,8 +1,8 @@
-//! Picture files: PNG and EXR one a frame, GIF and MP4 one for all.
+//! Picture files: PNG and EXR one a frame, animations one for all.
 
 use super::failure::Failure;
 use glam::UVec2;
-use meniscus_render_cpu::output::{self, GifWriter, Mp4Writer, OutputError};
+use meniscus_render_cpu::output::{self, ApngWriter, Channel, ExrExtras, GifWriter, Mp4Writer, OutputError};
 use meniscus_render_cpu::tonemap::ToneMap;
 use meniscus_sim::render::Image;
 use std::path::{Path, PathBuf};
@@ -16,6 +16,8 @@ pub(crate) enum PictureKind {
     Exr,
     /// An animation, tone-mapped, with a palette a frame.
     Gif,
+    /// An animation, tone-mapped, in full colour.
+    Apng,
     /// A video, tone-mapped, encoded by ffmpeg.
     Mp4,
 }
@@ -35,9 +37,10 @@ impl PictureKind {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
             "gif" => Ok(Self::Gif),
+            "apng" => Ok(Self::Apng),
             "mp4" => Ok(Self::Mp4),
             _ => Err(Failure::input(format_args!(
-                "{}: the name must end in .png, .exr, .gif or .mp4, which says what is written",
+                "{}: the name must end in .png, .exr, .gif, .apng or .mp4, which says what is written",
                 path.display()
             ))),
         }
@@ -45,7 +48,7 @@ impl PictureKind {
 
     /// Whether one file holds all pictures.
     pub(crate) fn is_animation(self) -> bool {
-        matches!(self, Self::Gif | Self::Mp4)
+        matches!(self, Self::Gif | Self::Apng | Self::Mp4)
     }
 }
 
@@ -57,8 +60,18 @@ pub(crate) struct PictureFormat {
     pub(crate) size: UVec2,
     /// Pictures a second of an animation.
     pub(crate) rate: f64,
+    /// Most pictures that there will be.
+    pub(crate) count: u64,
     /// Exposure in stops; EXR files hold radiance and leave it out.
     pub(crate) exposure: f32,
+}
+
+/// What an EXR holds beside its picture.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Extras {
+    pub(crate) planes: Vec<(&'static str, Vec<f32>)>,
+    pub(crate) counts: Vec<(&'static str, Vec<u32>)>,
+    pub(crate) attributes: Vec<(&'static str, String)>,
 }
 
 /// Where pictures go, one after the other. Every file appears under its name when it is whole.
@@ -74,6 +87,7 @@ pub(crate) struct Pictures {
 
 enum Animation {
     Gif(Box<GifWriter>),
+    Apng(Box<ApngWriter>),
     Mp4(Mp4Writer),
 }
 
@@ -90,6 +104,11 @@ impl Pictures {
                 let writer = GifWriter::create(out, format.size, format.rate).map_err(classify)?;
                 Some(Animation::Gif(Box::new(writer)))
             }
+            PictureKind::Apng => {
+                let writer =
+                    ApngWriter::create(out, format.size, format.rate, format.count).map_err(classify)?;
+                Some(Animation::Apng(Box::new(writer)))
+            }
             PictureKind::Mp4 => {
                 let writer = Mp4Writer::create(out, format.size, format.rate).map_err(classify)?;
                 Some(Animation::Mp4(writer))
@@ -105,20 +124,36 @@ impl Pictures {
         })
     }
 
-    /// Writes the picture of frame `index`; returns the file that it is in.
-    ///
-    /// # Errors
-    /// [`Failure::Run`]
-    pub(crate) fn write(&mut self, image: &Image, index: u64) -> Result<PathBuf, Failure> {
-        let path = if self.numbered && self.animation.is_none() {
+    /// The file that the picture of frame `index` is in.
+    pub(crate) fn file(&self, index: u64) -> PathBuf {
+        if self.numbered && self.animation.is_none() {
             numbered_name(&self.out, index)
         } else {
             self.out.clone()
-        };
+        }
+    }
+
+    /// Writes the picture of frame `index`, an EXR with `extras`; returns the file that it is in.
+    ///
+    /// # Errors
+    /// [`Failure::Run`]
+    pub(crate) fn write(&mut self, image: &Image, index: u64, extras: &Extras) -> Result<PathBuf, Failure> {
+        let path = self.file(index);
         match &mut self.animation {
             Some(Animation::Gif(gif)) => gif.push(image, &self.map),
+            Some(Animation::Apng(apng)) => apng.push(image, &self.map),
             Some(Animation::Mp4(mp4)) => mp4.push(image, &self.map),
-            None if self.kind == PictureKind::Exr => output::write_exr(&path, image, &[]),
+            None if self.kind == PictureKind::Exr => {
+                let planes = extras.planes.iter();
+                let channels: Vec<Channel<'_>> =
+                    planes.map(|(name, values)| Channel { name, values }).collect();
+                let extras = ExrExtras {
+                    channels: &channels,
+                    counts: &extras.counts,
+                    attributes: &extras.attributes,
+                };
+                output::write_exr_with(&path, image, &extras)
+            }
             None => output::write_png(&path, image, &self.map),
         }
         .map_err(classify)?;
@@ -136,6 +171,7 @@ impl Pictures {
         }
         match self.animation {
             Some(Animation::Gif(gif)) => gif.finish(),
+            Some(Animation::Apng(apng)) => apng.finish(),
             Some(Animation::Mp4(mp4)) => mp4.finish(),
             None => Ok(()),
         }

@@ -10,13 +10,15 @@ const MOST_SAMPLES: u32 = 1 << 20;
 /// Fewest passes from which noise is estimated.
 const FEWEST_PASSES: u32 = 4;
 
-/// When a picture is good enough.
+/// When a picture is good enough: as soon as one of these holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Goal {
     /// Noise to reach, relative to the picture's mean; `None` for no such end.
     pub(crate) noise: Option<f64>,
     /// Time after which no pass is begun; `None` for no such end.
     pub(crate) limit: Option<Duration>,
+    /// Passes, those of earlier runs included; `None` for no such end.
+    pub(crate) passes: Option<u32>,
 }
 
 /// What came of it.
@@ -27,14 +29,16 @@ pub(crate) struct Reached {
     /// Estimated noise of the picture: root mean square over pixels and colours of the standard error, over the picture's
     /// mean. `None` after too few passes to tell.
     pub(crate) noise: Option<f64>,
+    /// Whether it was interrupted before the goal; the picture is that of the passes finished by then.
+    pub(crate) interrupted: bool,
 }
 
 /// Running mean and squared deviation of every pixel over the passes (Welford 1962).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Passes {
-    count: u32,
-    mean: Vec<DVec3>,
-    square: Vec<DVec3>,
+    pub(crate) count: u32,
+    pub(crate) mean: Vec<DVec3>,
+    pub(crate) square: Vec<DVec3>,
 }
 
 impl Passes {
@@ -76,45 +80,81 @@ impl Passes {
     }
 }
 
-/// Draws passes of `view.samples` each into `image` until the goal is reached. `advance` hears the share done and may
-/// interrupt a pass.
+impl Goal {
+    fn is_reached(&self, passes: &Passes, samples: u32, start: Instant) -> bool {
+        let noise = passes.noise();
+        let quiet = self
+            .noise
+            .is_some_and(|wanted| noise.is_some_and(|noise| noise <= wanted));
+        let late = self.limit.is_some_and(|limit| start.elapsed() >= limit);
+        let enough = self.passes.is_some_and(|wanted| passes.count >= wanted);
+        quiet || late || enough || samples >= MOST_SAMPLES
+    }
+
+    /// Share of the way to the goal, with the present pass done to `pass`.
+    fn share(&self, passes: &Passes, pass: f32, start: Instant) -> f32 {
+        let count = f64::from(passes.count) + f64::from(pass);
+        let passed = self
+            .limit
+            .map(|limit| start.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9));
+        // The square of the noise falls with the number of passes.
+        let quiet = self.noise.map(|wanted| match passes.noise() {
+            Some(noise) => {
+                let needed = f64::from(passes.count) * (noise / wanted).powi(2);
+                count / needed.max(f64::from(FEWEST_PASSES))
+            }
+            None => 0.0,
+        });
+        let drawn = self.passes.map(|wanted| count / f64::from(wanted.max(1)));
+        let all = passed.into_iter().chain(quiet).chain(drawn);
+        all.fold(0.0, f64::max).min(0.999) as f32
+    }
+}
+
+/// Draws passes of `view.samples` each until the goal is reached, after those that `passes` holds already, and puts
+/// their mean into `image`. `advance` hears the share done and may interrupt a pass; what the passes before it gave is
+/// kept. Pass for pass the same is drawn however often it was interrupted.
 ///
 /// # Errors
 /// As [`Renderer::render`].
 pub(crate) fn draw(
     renderer: &mut dyn Renderer,
-    scene: &Scene,
-    frame: &Frame,
-    view: &View,
+    (scene, frame, view): (&Scene, &Frame, &View),
     goal: Goal,
+    passes: &mut Passes,
     image: &mut Image,
     advance: &(dyn Fn(f32) -> bool + Sync),
 ) -> Result<(RenderReport, Reached), RenderError> {
     let start = Instant::now();
-    let mut passes = Passes::default();
     let mut report = RenderReport::default();
     let mut view = view.clone();
+    image.size = view.size;
+    image
+        .pixels
+        .resize(view.size.x as usize * view.size.y as usize, Vec3::ZERO);
     loop {
-        view.pass = passes.count;
-        let noise = passes.noise();
-        let done = |pass: f32| -> f32 {
-            let passed = goal
-                .limit
-                .map(|limit| start.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9));
-            // The square of the noise falls with the number of passes.
-            let quiet = goal.noise.map(|wanted| {
-                let passes = f64::from(view.pass) + f64::from(pass);
-                match noise {
-                    Some(noise) => {
-                        passes
-                            / (f64::from(view.pass) * (noise / wanted).powi(2)).max(f64::from(FEWEST_PASSES))
-                    }
-                    None => 0.0,
-                }
-            });
-            passed.into_iter().chain(quiet).fold(0.0, f64::max).min(0.999) as f32
+        let samples = passes.count.saturating_mul(view.samples);
+        let mut reached = Reached {
+            samples,
+            noise: passes.noise(),
+            interrupted: false,
         };
-        let part = renderer.render(scene, frame, &view, image, &|share| advance(done(share)))?;
+        if passes.count > 0 && goal.is_reached(passes, samples, start) {
+            passes.write(image);
+            return Ok((report, reached));
+        }
+        view.pass = passes.count;
+        let drawn = renderer.render(scene, frame, &view, image, &|share| {
+            advance(goal.share(passes, share, start))
+        });
+        let part = match drawn {
+            Err(RenderError::Interrupted) if passes.count > 0 => {
+                passes.write(image);
+                reached.interrupted = true;
+                return Ok((report, reached));
+            }
+            other => other?,
+        };
         report.rays += part.rays;
         for (name, seconds) in part.stages {
             match report.stages.iter_mut().find(|(known, _)| *known == name) {
@@ -123,15 +163,5 @@ pub(crate) fn draw(
             }
         }
         passes.add(image);
-        let noise = passes.noise();
-        let quiet = goal
-            .noise
-            .is_some_and(|wanted| noise.is_some_and(|noise| noise <= wanted));
-        let late = goal.limit.is_some_and(|limit| start.elapsed() >= limit);
-        let samples = passes.count.saturating_mul(view.samples);
-        if quiet || late || samples >= MOST_SAMPLES {
-            passes.write(image);
-            return Ok((report, Reached { samples, noise }));
-        }
     }
 }

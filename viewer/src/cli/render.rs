@@ -11,24 +11,25 @@ use super::input::Input;
 use super::interrupt::Interrupt;
 use super::live;
 use super::memory;
-use super::picture::{PictureFormat, PictureKind, Pictures};
-use super::progressive::{self, Goal};
+use super::picture::{Extras, PictureFormat, PictureKind, Pictures};
+use super::progressive::{self, Goal, Passes};
+use super::resume::Subject;
 use clap::Args;
-use meniscus_render_cpu::camera;
+use meniscus_render_cpu::{Whitted, camera};
 use meniscus_sim::Frame;
-use meniscus_sim::render::{Image, RenderError, Renderer, View};
+use meniscus_sim::render::{Image, RenderError, RenderReport, Renderer, View};
 use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What `meniscus help render` says first.
 pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that is run live.\n\nThe extension of the output says what is \
-    written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif and .mp4 an animation at the \
+    written: .png (tone-mapped) and .exr (linear radiance) hold one picture, .gif, .apng and .mp4 an animation at the \
     recording's frame rate (MP4 needs the program `ffmpeg`). Without --at and --frames, a still shows the last frame \
     (of a scene: the one at its `duration`) and an animation all frames. With --frames, PNG and EXR files get the \
     frame's number: `wave.png` becomes `wave_000012.png`. Ctrl-C gives up the picture that is being drawn and keeps \
-    the finished ones.";
+    the finished ones; of an EXR that is drawn in passes it keeps the finished passes.";
 
 /// Arguments of `meniscus render`.
 #[derive(Clone, Debug, Args)]
@@ -36,6 +37,7 @@ pub(super) const ABOUT: &str = "Draw frames of a recording, or of a scene that i
         meniscus render run.mrec --at 1.5 -o wave.png\n  \
         meniscus render run.mrec --frames 0..40 --size 640x360 --spp 2 -o wave.gif\n  \
         meniscus render run.mrec --at 1.5 --renderer path --noise 0.02 --time-limit 60 -o truth.exr\n  \
+        meniscus render run.mrec --at 1.5 --renderer path --noise 0.01 --resume -o truth.exr\n  \
         meniscus render data/scenes/ripple-tank.toml --set water.level=0.1 -o tank.exr")]
 pub struct RenderArgs {
     /// Recording, or scene to run live up to the frames asked for (a name that ends in .toml)
@@ -68,13 +70,22 @@ pub struct RenderArgs {
     /// Draw passes of --spp samples for so many seconds a picture (renderers with noise)
     #[arg(long, value_name = "S", value_parser = positive)]
     pub time_limit: Option<f64>,
+    /// Draw so many passes of --spp samples (renderers with noise)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
+    pub passes: Option<u32>,
+    /// Draw on from the passes that the EXR file holds, if it is there
+    #[arg(long)]
+    pub resume: bool,
+    /// Also write what the middle ray of each pixel met into the EXR file: hit, normal, Fresnel's share, refracted and reflected hit
+    #[arg(long)]
+    pub auxiliary: bool,
     /// Play an animation this many times faster than the water moves
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub speed: f64,
     /// Exposure in stops; EXR leaves it out [default: the camera's]
     #[arg(long, value_name = "STOPS", value_parser = finite, allow_negative_numbers = true)]
     pub exposure: Option<f64>,
-    /// Picture to write: .png, .exr, .gif or .mp4
+    /// Picture to write: .png, .exr, .gif, .apng or .mp4
     #[arg(short, long = "out", value_name = "OUT")]
     pub out: PathBuf,
     /// Print what was drawn as one JSON object
@@ -94,6 +105,15 @@ pub struct Drawn {
     pub frame: u64,
     /// Time of the frame in seconds.
     pub time: f64,
+}
+
+/// A stage of drawing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// What was done.
+    pub name: &'static str,
+    /// Wall seconds, or those of the graphics adapter where it tells.
+    pub seconds: f64,
 }
 
 /// What drawing gave and cost.
@@ -117,6 +137,8 @@ pub struct Rendered {
     pub skipped: Vec<u64>,
     /// Rays cast.
     pub rays: u64,
+    /// Seconds of each stage of all pictures together, in order: reading (or running) frames, the renderer's own, writing.
+    pub stages: Vec<Stage>,
     /// Processor and wall seconds, a live run included.
     #[serde(flatten)]
     pub cost: Cost,
@@ -167,6 +189,8 @@ struct Job<'a> {
     wanted: Range<u64>,
     format: PictureFormat,
     goal: Option<Goal>,
+    /// What notes what rays met, where that is asked for.
+    looker: Option<Whitted>,
 }
 
 impl<'a> Job<'a> {
@@ -212,14 +236,28 @@ impl<'a> Job<'a> {
                 all.end - 1..all.end
             }
         };
-        let goal = (args.noise.is_some() || args.time_limit.is_some()).then(|| Goal {
+        let goal = Goal {
             noise: args.noise,
             limit: args.time_limit.map(Duration::from_secs_f64),
-        });
+            passes: args.passes,
+        };
+        let goals = goal.noise.is_some() || goal.limit.is_some() || goal.passes.is_some();
+        if args.resume && !goals {
+            return Err(Failure::input(
+                "--resume draws on in passes: say until when with --passes, --noise or --time-limit",
+            ));
+        }
+        if (args.resume || args.auxiliary) && kind != PictureKind::Exr {
+            let option = if args.resume { "--resume" } else { "--auxiliary" };
+            return Err(Failure::input(format_args!(
+                "{option}: only .exr files hold what it needs; choose such a name with -o"
+            )));
+        }
+        let goal = goals.then_some(goal);
         if goal.is_some() && !renderer.is_random() {
             return Err(Failure::input(format_args!(
-                "renderer `{}` has no noise that passes would lessen; leave out --noise and --time-limit, or choose \
-                 --renderer path",
+                "renderer `{}` has no noise that passes would lessen; leave out --noise, --time-limit and --passes, \
+                 or choose --renderer path",
                 renderer.name()
             )));
         }
@@ -227,6 +265,7 @@ impl<'a> Job<'a> {
             kind,
             size: args.size.0,
             rate: scene.description.recording.rate * args.speed,
+            count: wanted.end - wanted.start,
             exposure,
         };
         Ok(Self {
@@ -237,6 +276,7 @@ impl<'a> Job<'a> {
             wanted,
             format,
             goal,
+            looker: args.auxiliary.then(Whitted::default),
         })
     }
 
@@ -260,6 +300,7 @@ impl<'a> Job<'a> {
             pictures: Vec::new(),
             skipped: Vec::new(),
             rays: 0,
+            stages: Vec::new(),
             cost: stopwatch.cost(),
         };
         let outcome = self.draw_all(&mut pictures, &mut rendered, console, interrupt);
@@ -284,6 +325,7 @@ impl<'a> Job<'a> {
         console: &Console,
         interrupt: Interrupt,
     ) -> Result<(), Failure> {
+        let args = self.args;
         let mut frame = Frame::new(self.frames.scene().grid);
         let mut image = Image::new(self.view.size);
         let total = self.wanted.end - self.wanted.start;
@@ -293,13 +335,16 @@ impl<'a> Job<'a> {
         };
         let mut drawing = None;
         for index in self.wanted.clone() {
-            let stopped = || Failure::Interrupted(kept(rendered.pictures.len(), total, &self.args.out));
+            let stopped = || Failure::Interrupted(kept(rendered.pictures.len(), total, &args.out));
             let stepped = |done| {
                 if let Some(running) = &running {
                     running.set(done as f64);
                 }
             };
-            match self.frames.read(index, &mut frame, interrupt, stepped) {
+            let reading = Instant::now();
+            let read = self.frames.read(index, &mut frame, interrupt, stepped);
+            let read_seconds = reading.elapsed().as_secs_f64();
+            match read {
                 Ok(true) => {}
                 Ok(false) => return Err(stopped()),
                 Err(FrameError::Damaged(what)) if total > 1 => {
@@ -317,27 +362,33 @@ impl<'a> Job<'a> {
                 progress.set(done + f64::from(share));
                 !interrupt.pressed()
             };
-            let scene = self.frames.scene();
-            let renderer = self.renderer.as_mut();
-            let drawn = match self.goal {
-                Some(goal) => progressive::draw(
-                    renderer, scene, &frame, &self.view, goal, &mut image, &advance,
-                )
-                .map(|(report, reached)| {
-                    (rendered.samples, rendered.noise) = (reached.samples, reached.noise);
-                    report
-                }),
-                None => renderer.render(scene, &frame, &self.view, &mut image, &advance),
+            let path = pictures.file(index);
+            let picture = match self.picture(&frame, &mut image, &path, &advance) {
+                Err(Failure::Interrupted(_)) => return Err(stopped()),
+                other => other?,
             };
-            let report = match drawn {
-                Ok(report) => report,
-                Err(RenderError::Interrupted) => return Err(stopped()),
-                Err(error) => return Err(Failure::Run(error.into())),
-            };
-            let file = pictures.write(&image, index)?;
+            let report = picture.report;
+            if let Some(samples) = picture.samples {
+                (rendered.samples, rendered.noise) = (samples, picture.noise);
+            }
+            let writing = Instant::now();
+            let file = pictures.write(&image, index, &picture.extras)?;
+            let written_seconds = writing.elapsed().as_secs_f64();
+            if picture.interrupted {
+                return Err(Failure::Interrupted(format!(
+                    "{} holds {} a pixel; --resume draws on",
+                    file.display(),
+                    format::count(u64::from(rendered.samples), "sample")
+                )));
+            }
             rendered.rays += report.rays;
             rendered.device = report.device;
-            for (stage, seconds) in report.stages {
+            let stages = [("read", read_seconds)]
+                .into_iter()
+                .chain(report.stages)
+                .chain([("written", written_seconds)]);
+            for (stage, seconds) in stages {
+                rendered.add(stage, seconds);
                 console.detail(format!(
                     "frame {index}: {stage} took {}",
                     format::seconds(seconds)
@@ -350,6 +401,79 @@ impl<'a> Job<'a> {
             });
         }
         Ok(())
+    }
+}
+
+/// A picture as it was drawn.
+struct Picture {
+    report: RenderReport,
+    extras: Extras,
+    /// Samples a pixel and noise, where their number was left open.
+    samples: Option<u32>,
+    noise: Option<f64>,
+    /// Whether it is that of the passes before Ctrl-C.
+    interrupted: bool,
+}
+
+impl Job<'_> {
+    /// Draws the frame into `image`, which will be in `path`.
+    fn picture(
+        &mut self,
+        frame: &Frame,
+        image: &mut Image,
+        path: &Path,
+        advance: &(dyn Fn(f32) -> bool + Sync),
+    ) -> Result<Picture, Failure> {
+        let failed = |error| match error {
+            RenderError::Interrupted => Failure::Interrupted(String::new()),
+            other => Failure::Run(other.into()),
+        };
+        let (scene, view) = (self.frames.scene(), &self.view);
+        let renderer = self.renderer.as_mut();
+        let mut extras = Extras::default();
+        if let Some(looker) = &mut self.looker {
+            // A small part of the work, which the progress does not show.
+            let look = |_: f32| advance(0.0);
+            let seen = looker.render_aux(scene, frame, view, &look).map_err(failed)?;
+            extras.planes = seen.planes();
+        }
+        let Some(goal) = self.goal else {
+            let report = renderer
+                .render(scene, frame, view, image, advance)
+                .map_err(failed)?;
+            return Ok(Picture {
+                report,
+                extras,
+                samples: None,
+                noise: None,
+                interrupted: false,
+            });
+        };
+        let subject = Subject::new(scene, frame, view, renderer.name());
+        let kept = if self.args.resume {
+            subject.resume(path)?
+        } else {
+            None
+        };
+        let mut passes: Passes = kept.unwrap_or_default();
+        let subjects = (scene, frame, view);
+        let (report, reached) =
+            progressive::draw(renderer, subjects, goal, &mut passes, image, advance).map_err(failed)?;
+        if self.format.kind == PictureKind::Exr {
+            extras = Extras {
+                planes: extras.planes,
+                ..subject.keep(&passes)
+            };
+        } else if reached.interrupted {
+            return Err(Failure::Interrupted(String::new()));
+        }
+        Ok(Picture {
+            report,
+            extras,
+            samples: Some(reached.samples),
+            noise: reached.noise,
+            interrupted: reached.interrupted,
+        })
     }
 }
 
@@ -366,6 +490,13 @@ fn kept(written: usize, total: u64, out: &Path) -> String {
 }
 
 impl Rendered {
+    fn add(&mut self, name: &'static str, seconds: f64) {
+        match self.stages.iter_mut().find(|stage| stage.name == name) {
+            Some(stage) => stage.seconds += seconds,
+            None => self.stages.push(Stage { name, seconds }),
+        }
+    }
+
     /// For people.
     pub fn text(&self) -> String {
         let [width, height] = self.size;

@@ -12,6 +12,7 @@ pub mod case;
 pub mod expectation;
 mod figures;
 mod html;
+mod light;
 pub mod machine;
 mod march;
 pub mod measure;
@@ -37,6 +38,8 @@ mod sph;
 mod stability;
 #[cfg(test)]
 mod subset;
+#[cfg(feature = "gpu")]
+pub mod tiled_pool;
 mod truth;
 mod wave_equation;
 #[cfg(feature = "wave-particles")]
@@ -147,6 +150,7 @@ pub fn all() -> Vec<&'static dyn Study> {
         #[cfg(feature = "shallow-water")]
         &shallow_water::ShallowWaterStudy,
         &raycast::RaycastStudy,
+        &light::LightStudy,
         &recording::RecordingStudy,
         #[cfg(feature = "gpu")]
         &render::RenderStudy,

@@ -1,12 +1,12 @@
 //! Study `raycast`: casters against brute force.
 
 use super::case::{Against, Case, Curves, Outcome, Run, Study};
-use super::march::March;
+use super::march::{March, Pace};
 use super::measure::Probe;
 use anyhow::Context as _;
 #[cfg(feature = "bvh")]
 use meniscus_render_cpu::caster::TriangleBvh;
-use meniscus_render_cpu::caster::{BruteForce, Caster, Heightfield, Hit, Patch, Ray};
+use meniscus_render_cpu::caster::{BruteForce, Caster, Heightfield, Hit, MaxMip, Patch, Ray};
 use meniscus_sim::glam::{DVec3, UVec2, Vec2};
 use meniscus_sim::rng::Rng;
 use meniscus_sim::{Grid, GridSpec};
@@ -29,6 +29,9 @@ const PASSES: usize = 16;
 /// Rays that brute force is timed with.
 const FEW: usize = 64;
 
+/// Safety radii, cells.
+const RADII: [f64; 6] = [32.0, 16.0, 8.0, 4.0, 2.0, 1.0];
+
 /// Steps of the march.
 const STEPS: [u32; 8] = [8, 16, 32, 64, 128, 256, 512, 1024];
 
@@ -49,8 +52,9 @@ impl Study for RaycastStudy {
         "Rays are cast at surfaces from smooth to spiky, from an eye above, from anywhere, and nearly level. The truth is \
          brute force in double precision: the exact intersection with the patch of every cell, the nearest taken. Casters of \
          bilinear patches are compared with bilinear brute force, casters of triangles with that of the same triangles.\n\n\
-         `blocks` is the caster of the renderers; `bvh` is a general triangle hierarchy; `march` takes equal steps through \
-         the slab that holds the surface and bisects the one in which it crossed, as shaders do, with 8 to 1024 steps. A \
+         `blocks` is the caster of the renderers; `max-mip` walks down a pyramid of lowest and highest heights; `bvh` is a general triangle hierarchy; `march` takes equal steps through \
+         the slab that holds the surface and bisects the one in which it crossed, as shaders do, with 8 to 1024 steps; `safety radius` does so with steps of 32 cells to one (Baboud & Décoret's \
+         constant radius). A \
          wrong hit or miss counts as an error of the whole extent. Times are of one thread, for rays handed over all at \
          once. A caster whose every answer equals the truth stands on the line of zero."
     }
@@ -267,6 +271,9 @@ fn casters() -> Vec<(&'static str, Patch, Build)> {
         ("blocks, triangles", Patch::Triangles, |g| {
             Ok(Box::new(Heightfield::build_with(g, Patch::Triangles)?))
         }),
+        ("max-mip", Patch::Bilinear, |g| {
+            Ok(Box::new(MaxMip::build(g, Patch::Bilinear)?))
+        }),
         #[cfg(feature = "bvh")]
         ("bvh", Patch::Triangles, |g| Ok(Box::new(TriangleBvh::build(g)?))),
     ]
@@ -297,10 +304,13 @@ fn case(field: Field, kind: Kind, surface: &Arc<Grid<f32>>, count: usize) -> any
         of_brute.measure(&brute, Patch::Bilinear, FEW, 1, probe)
     });
     runs.push(brute.with("rays", FEW));
-    for steps in STEPS {
+    let cells = f64::from(surface.spec().size.x - 1);
+    let paces = STEPS.map(|n| ("march", f64::from(n), Pace::Steps(n)));
+    let radii = RADII.map(|r| ("safety radius", cells / r, Pace::Radius(r)));
+    for (method, resolution, pace) in paces.into_iter().chain(radii) {
         let problem = Arc::clone(&problem);
-        let run = Run::new("march", f64::from(steps), move |probe| {
-            let march = March::new(&problem.surface, steps);
+        let run = Run::new(method, resolution, move |probe| {
+            let march = March::new(&problem.surface, pace);
             problem.measure(&march, Patch::Bilinear, count, 1, probe)
         });
         runs.push(run.with("rays", count));
@@ -313,7 +323,7 @@ fn case(field: Field, kind: Kind, surface: &Arc<Grid<f32>>, count: usize) -> any
             surface.spec().width(),
             kind.describe()
         ),
-        resolution: "march steps a ray (0: the method has none)",
+        resolution: "march steps a ray, safety radii across the grid (0: the method has neither)",
         curves: vec![Curves {
             metric: MEAN,
             against: Against::CpuPer {

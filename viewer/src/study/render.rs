@@ -1,17 +1,17 @@
 //! Study `render`: the techniques of the renderer on wgpu against the ray tracer.
 
 use super::case::{Against, Case, Curves, Outcome, Run, Study};
+use super::tiled_pool::{self, Things, waves};
 use anyhow::Context as _;
 use meniscus_render_cpu::metrics::{self, Summary, flip};
 use meniscus_render_cpu::tonemap::{ToneMap, srgb};
 use meniscus_render_cpu::whitted::Auxiliary;
 use meniscus_render_cpu::{Settings as CpuSettings, Whitted, camera};
-use meniscus_render_gpu::{GpuRenderer, Technique};
+use meniscus_render_gpu::{GpuRenderer, Heights, MetPixel, Settings, Technique, Walk};
 use meniscus_sim::glam::{UVec2, Vec2, Vec3};
 use meniscus_sim::render::{Image, Renderer as _, View};
 use meniscus_sim::stage::Lens;
-use meniscus_sim::{Frame, Grid, Scene};
-use std::path::Path;
+use meniscus_sim::{Frame, Scene};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The study.
@@ -46,6 +46,8 @@ impl Study for RenderStudy {
          error is the distance in pixels between where the ray tracer's refracted ray ends and where the technique takes it to \
          end, both projected into the picture; pixels in which either has no such place are counted beside it. All rasterised \
          techniques trace the mirrored ray, so that they differ in refraction alone.\n\n\
+         Over ridges of the ground the walks of the heightfields are compared: the pyramid is exact; radii, one a field or one a \
+         texel, times a factor, trade error for time.\n\n\
          Times are the whole frame on this machine's first adapter, upload and read-back included; resolution is the width of \
          the picture."
     }
@@ -70,85 +72,88 @@ impl Study for RenderStudy {
             if quick && name != "bare pool" && name != "lively, above" {
                 continue;
             }
-            cases.push(case(name, things, amplitude, below)?);
+            let things = if things { Things::Three } else { Things::None };
+            let scene = tiled_pool::scene(things, 0.04)?;
+            let frame = waves(&scene, amplitude);
+            let about = format!(
+                "waves of {amplitude} m, camera {} water",
+                if below { "under" } else { "above" }
+            );
+            let truth = Truth::new(scene, frame, if below { "below" } else { "above" })?;
+            cases.push(truth.case(name, &about, &techniques()));
         }
+        let scene = tiled_pool::ridged(0.04)?;
+        let frame = waves(&scene, 0.025);
+        let truth = Truth::new(scene, frame, "above")?;
+        cases.push(truth.case(
+            "walks over ridges",
+            "waves of 0.025 m over ridges of 0.4 m",
+            &walks(quick),
+        ));
         Ok(cases)
     }
 }
 
-const POOL: &str = r#"
-name = "study pool"
-domain = { size = [6.0, 4.0] }
-terrain = { kind = "flat", height = -1.5 }
-ground = { albedo = [0.78, 0.80, 0.80], shore_albedo = [0.16, 0.40, 0.52], steep_albedo = [0.55, 0.53, 0.49], checker = 0.5 }
-solver = { kind = "wave-equation", spacing = 0.04 }
-light = { sun = { elevation = 55.0, azimuth = 150.0 } }
-[[camera]]
-name = "above"
-position = [0.5, 1.7, 5.2]
-target = [3.1, -0.9, 2.0]
-fov = 52.0
-[[camera]]
-name = "below"
-position = [0.6, -0.9, 3.4]
-target = [3.2, 0.1, 1.9]
-fov = 70.0
-"#;
-
-const THINGS: &str = r#"
-[[object]]
-name = "ball"
-shape = { kind = "sphere", radius = 0.35 }
-position = [2.2, -1.15, 2.4]
-color = [0.80, 0.16, 0.10]
-[[object]]
-name = "box"
-shape = { kind = "box", size = [0.6, 1.9, 0.4] }
-position = [3.9, -0.55, 1.7]
-rotation = { axis = [0.0, 1.0, 0.0], angle = 25.0 }
-color = [0.12, 0.30, 0.70]
-[[object]]
-name = "bunny"
-shape = { kind = "model", file = "bunny.glb", scale = 1.2 }
-position = [3.0, -1.5, 1.2]
-color = [0.75, 0.62, 0.30]
-"#;
-
-/// The scene of a case.
-fn scene(things: bool) -> anyhow::Result<Scene> {
-    let folder = tempfile::tempdir()?;
-    std::fs::write(
-        folder.path().join("bunny.glb"),
-        include_bytes!("../../../data/models/bunny.glb"),
-    )?;
-    let text = if things {
-        format!("{POOL}{THINGS}")
-    } else {
-        POOL.to_owned()
-    };
-    Ok(Scene::from_toml(
-        &text,
-        Path::new("pool.toml"),
-        folder.path(),
-        &[],
-    )?)
+/// A renderer that runs in a case.
+#[derive(Clone, Copy)]
+struct Tried {
+    method: &'static str,
+    settings: Settings,
 }
 
-/// Waves of a few lengths and directions; their steepness goes with the amplitude (metres).
-fn waves(scene: &Scene, amplitude: f32) -> Frame {
-    let mut frame = Frame::new(scene.grid);
-    let spec = scene.grid;
-    frame.elevation = Grid::from_fn(spec, |i, j| {
-        let p = spec.position(i, j);
-        [(1.6_f32, 0.3_f32, 0.5_f32), (0.9, 1.4, 0.3), (0.55, -0.8, 0.2)]
-            .into_iter()
-            .map(|(length, angle, share)| {
-                let along = p.dot(Vec2::from_angle(angle));
-                amplitude * share * (std::f32::consts::TAU * along / length + angle).sin()
-            })
-            .sum()
-    });
-    frame
+/// Every technique, and two phases with more rounds of the second.
+fn techniques() -> Vec<Tried> {
+    let mut all: Vec<Tried> = Technique::ALL
+        .map(|technique| Tried {
+            method: technique.name(),
+            settings: Settings::new(technique),
+        })
+        .to_vec();
+    for (rounds, method) in [
+        (0, "two-phase, broad alone"),
+        (2, "two-phase, 2 rounds"),
+        (3, "two-phase, 3 rounds"),
+    ] {
+        let mut settings = Settings::new(Technique::TwoPhase);
+        settings.switches.narrow_steps = rounds;
+        all.push(Tried { method, settings });
+    }
+    all
+}
+
+/// The ways in which rays find heightfields.
+fn walks(quick: bool) -> Vec<Tried> {
+    let base = Settings::new(Technique::Heightfield);
+    let mut all = vec![
+        Tried {
+            method: base.technique.name(),
+            settings: base,
+        },
+        Tried {
+            method: "heightfield, 16 bits",
+            settings: Settings {
+                heights: Heights::Sixteen,
+                ..base
+            },
+        },
+    ];
+    for (walk, method) in [
+        (Walk::Safety, "heightfield, one radius"),
+        (Walk::SafetyMap, "heightfield, radius a texel"),
+    ] {
+        for safety_scale in [0.25, 0.5, 1.0, 2.0, 4.0] {
+            if quick && safety_scale != 1.0 {
+                continue;
+            }
+            let settings = Settings {
+                walk,
+                safety_scale,
+                ..base
+            };
+            all.push(Tried { method, settings });
+        }
+    }
+    all
 }
 
 /// A case's frame, view and what the ray tracer makes of it.
@@ -167,71 +172,70 @@ fn display(image: &Image) -> Vec<Vec3> {
     image.pixels.iter().map(|&p| srgb(map.display(p))).collect()
 }
 
-fn case(name: &'static str, things: bool, amplitude: f32, below: bool) -> anyhow::Result<Case> {
-    let size = UVec2::new(240, 135);
-    let scene = scene(things)?;
-    let frame = waves(&scene, amplitude);
-    let view = camera::view(&scene, Some(if below { "below" } else { "above" }), size, 1)?;
-    let lens = Lens::new(&view)?;
-    let mut whitted = Whitted::new(CpuSettings {
-        interface_depth: 1,
-        ..CpuSettings::default()
-    });
-    let mut image = Image::default();
-    whitted.render(&scene, &frame, &view, &mut image, &|_| true)?;
-    let places = whitted.render_aux(&scene, &frame, &view, &|_| true)?;
-    let water = places.pixels.iter().map(|p| p.water).collect();
-    let truth = Arc::new(Truth {
-        scene,
-        frame,
-        view,
-        lens,
-        image,
-        places,
-        water,
-    });
-    let runs = Technique::ALL.into_iter().map(|technique| {
-        let truth = Arc::clone(&truth);
-        let renderer = Mutex::new(GpuRenderer::from(technique));
-        Run::new(technique.name(), f64::from(size.x), move |probe| {
-            let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
-            let mut image = Image::default();
-            let drawn = probe
-                .time(|| renderer.render(&truth.scene, &truth.frame, &truth.view, &mut image, &|_| true));
-            let report = drawn?;
-            let met = renderer
-                .met(&truth.scene, &truth.frame, &truth.view)?
-                .context("every technique tells its places")?;
-            let outcome = truth.score(&image, &met)?;
-            Ok(outcome.remark(format!("on {}", report.device.unwrap_or_default())))
-        })
-    });
-    Ok(Case {
-        name,
-        truth: format!(
-            "`whitted` with one interface, waves of {} m, camera {} water",
-            amplitude,
-            if below { "under" } else { "above" }
-        ),
-        resolution: "pixels across the picture",
-        curves: vec![
-            Curves {
-                metric: FLIP,
-                against: Against::Cpu,
-                slopes: &[],
-            },
-            Curves {
-                metric: PLACE_P95,
-                against: Against::Cpu,
-                slopes: &[],
-            },
-        ],
-        runs: runs.collect(),
-    })
-}
-
 impl Truth {
-    fn score(&self, image: &Image, met: &[meniscus_render_gpu::MetPixel]) -> anyhow::Result<Outcome> {
+    fn new(scene: Scene, frame: Frame, camera: &str) -> anyhow::Result<Self> {
+        let view = camera::view(&scene, Some(camera), UVec2::new(240, 135), 1)?;
+        let lens = Lens::new(&view)?;
+        let mut whitted = Whitted::new(CpuSettings {
+            interface_depth: 1,
+            ..CpuSettings::default()
+        });
+        let mut image = Image::default();
+        whitted.render(&scene, &frame, &view, &mut image, &|_| true)?;
+        let places = whitted.render_aux(&scene, &frame, &view, &|_| true)?;
+        let water = places.pixels.iter().map(|p| p.water).collect();
+        Ok(Self {
+            scene,
+            frame,
+            view,
+            lens,
+            image,
+            places,
+            water,
+        })
+    }
+
+    /// The case in which all that is `tried` draws this frame. The first frame makes pipelines; the second is timed.
+    fn case(self, name: &'static str, about: &str, tried: &[Tried]) -> Case {
+        let truth = Arc::new(self);
+        let width = f64::from(truth.view.size.x);
+        let runs = tried.iter().map(|&Tried { method, settings }| {
+            let truth = Arc::clone(&truth);
+            let renderer = Mutex::new(GpuRenderer::new(settings));
+            let run = Run::new(method, width, move |probe| {
+                let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut image = Image::default();
+                renderer.render(&truth.scene, &truth.frame, &truth.view, &mut image, &|_| true)?;
+                let drawn = probe
+                    .time(|| renderer.render(&truth.scene, &truth.frame, &truth.view, &mut image, &|_| true));
+                let report = drawn?;
+                let met = renderer.met(&truth.scene, &truth.frame, &truth.view)?;
+                let outcome = truth.score(&image, &met)?;
+                Ok(outcome.remark(format!("on {}", report.device.unwrap_or_default())))
+            });
+            match settings.technique {
+                Technique::TwoPhase => run.with("rounds", settings.switches.narrow_steps),
+                Technique::Heightfield if settings.walk != Walk::Pyramid => {
+                    run.with("safety_scale", f64::from(settings.safety_scale))
+                }
+                _ => run,
+            }
+        });
+        let curves = [FLIP, PLACE_P95].map(|metric| Curves {
+            metric,
+            against: Against::Cpu,
+            slopes: &[],
+        });
+        Case {
+            name,
+            truth: format!("`whitted` with one interface, {about}"),
+            resolution: "pixels across the picture",
+            curves: curves.to_vec(),
+            runs: runs.collect(),
+        }
+    }
+
+    fn score(&self, image: &Image, met: &[MetPixel]) -> anyhow::Result<Outcome> {
         let size = self.view.size;
         let map = flip::flip(
             size,

@@ -22,7 +22,7 @@ pub(super) fn cases(quick: bool) -> Vec<Case> {
 }
 
 fn splashing_box(quick: bool) -> Case {
-    let steps: &[u32] = if quick { &[1000] } else { &[1000, 10_000] };
+    let steps: &[u32] = if quick { &[1000] } else { &[1000, 10_000, 100_000] };
     let mut runs = Vec::new();
     for (precision, digits) in [(Precision::Single, "f32"), (Precision::Double, "f64")] {
         for &steps in steps {
@@ -38,7 +38,7 @@ fn splashing_box(quick: bool) -> Case {
     Case {
         name: "splashing box",
         truth: "A closed box of 48 × 40 cells that presses and pushes keep stormy, so that it throws some 40 droplets a step: \
-                grid and droplets together keep their volume. (100 000 steps: the example `splash_storm`.)"
+                grid and droplets together keep their volume."
             .into(),
         resolution: "steps",
         curves: vec![Curves {

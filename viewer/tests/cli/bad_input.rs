@@ -379,6 +379,16 @@ fn wrong_arguments_of_render_are_told() {
         (&["--frames", "6"], &["--frames", "frames 0 to 5 are there"]),
         (&["--camera", "nobody"], &["nobody", "corner"]),
         (&["--renderer", "crayon"], &["crayon", "whitted"]),
+        (&["--passes", "0", "--renderer", "path"], &["--passes"]),
+        (
+            &["--resume", "--renderer", "path"],
+            &["--resume", "--passes, --noise or --time-limit"],
+        ),
+        (
+            &["--resume", "--passes", "2", "--renderer", "path"],
+            &["--resume", ".exr"],
+        ),
+        (&["--auxiliary"], &["--auxiliary", ".exr"]),
         (&["--threads", "0"], &["--threads"]),
     ];
     for (extra, parts) in cases {
@@ -390,7 +400,7 @@ fn wrong_arguments_of_render_are_told() {
     refuses(
         &folder,
         &["render", "run.mrec", "-o", "out.jpg"],
-        &["out.jpg", ".png, .exr, .gif or .mp4"],
+        &["out.jpg", ".png, .exr, .gif, .apng or .mp4"],
     );
     refuses(
         &folder,

@@ -250,7 +250,13 @@ fn a_check_lists_problems_as_json_too() {
 #[test]
 fn solvers_and_renderers_are_listed() {
     let folder = Folder::new();
-    for (command, name) in [("solvers", "wave-equation"), ("renderers", "whitted")] {
+    for (command, name) in [
+        ("solvers", "wave-equation"),
+        ("renderers", "whitted"),
+        ("renderers", "path"),
+        ("renderers", "photon"),
+        ("renderers", "horizon"),
+    ] {
         let listed = folder.run([command, "--json"]).exits(0).json();
         let entries = listed[command].as_array().unwrap();
         let entry = entries.iter().find(|entry| entry["name"] == name).unwrap();

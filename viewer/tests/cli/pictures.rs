@@ -101,6 +101,17 @@ fn a_gif_holds_every_frame() {
 }
 
 #[test]
+fn an_apng_holds_every_frame() {
+    let folder = Folder::with_recording();
+    render(&folder, &["run.mrec", "-o", "wave.apng"]);
+    let file = std::io::Cursor::new(folder.read("wave.apng"));
+    let decoder = image::codecs::png::PngDecoder::new(file).unwrap();
+    assert!(decoder.is_apng().unwrap());
+    let frames = image::AnimationDecoder::into_frames(decoder.apng().unwrap());
+    assert_eq!(frames.filter(Result::is_ok).count(), 6);
+}
+
+#[test]
 fn exposure_changes_stills_and_not_radiance() {
     let folder = Folder::with_recording();
     for (exposure, name) in [("0", "plain"), ("-2", "dark")] {
@@ -245,10 +256,89 @@ fn a_picture_with_noise_is_drawn_until_it_is_quiet() {
 #[test]
 fn a_renderer_without_noise_refuses_to_draw_until_it_is_quiet() {
     let folder = Folder::with_recording();
-    for option in ["--noise", "--time-limit"] {
+    for option in ["--noise", "--time-limit", "--passes"] {
         folder
             .run(["render", "run.mrec", option, "1", "-o", "out.png"])
             .exits(2)
             .error_says(&["--renderer path"]);
     }
+}
+
+/// Drawn at once, in two goes, and in as many goes as there are passes: the same file, but for nothing.
+#[test]
+fn a_picture_that_is_drawn_on_is_that_of_one_run() {
+    let folder = Folder::with_recording();
+    for renderer in ["path", "photon"] {
+        let passes = |passes: &str, out: &str| {
+            let args = [
+                "run.mrec",
+                "--renderer",
+                renderer,
+                "--passes",
+                passes,
+                "--resume",
+                "-o",
+                out,
+            ];
+            render(&folder, &args)
+        };
+        let whole = passes("5", "whole.exr");
+        assert_eq!(whole["samples"], 5, "{whole}");
+        passes("2", "parts.exr");
+        assert!(folder.read("whole.exr") != folder.read("parts.exr"));
+        let resumed = passes("5", "parts.exr");
+        assert_eq!(resumed["samples"], 5, "{resumed}");
+        assert!(
+            resumed["rays"].as_u64() < whole["rays"].as_u64(),
+            "{resumed} {whole}"
+        );
+        assert!(folder.read("whole.exr") == folder.read("parts.exr"), "{renderer}");
+        // Nothing is left to do, and nothing changes.
+        let again = passes("3", "parts.exr");
+        assert_eq!(again["samples"], 5, "{again}");
+        assert!(folder.read("whole.exr") == folder.read("parts.exr"), "{renderer}");
+    }
+    let refused = |args: &[&str], parts: &[&str]| {
+        let mut all = vec![
+            "render",
+            "run.mrec",
+            "--passes",
+            "6",
+            "--resume",
+            "-o",
+            "whole.exr",
+        ];
+        all.extend(SMALL);
+        all.extend(args);
+        folder.run(all).exits(2).error_says(parts);
+    };
+    refused(&["--renderer", "path"], &["whole.exr", "photon, not path"]);
+    refused(&["--renderer", "photon", "--at", "0"], &["another scene, frame"]);
+}
+
+#[test]
+fn an_exr_holds_what_rays_met_where_that_is_asked_for() {
+    let folder = Folder::with_recording();
+    let out = |name: &str, more: &[&str]| {
+        let mut args = vec!["run.mrec", "--at", "0", "-o", name];
+        args.extend(more);
+        render(&folder, &args);
+        folder.read(name).len()
+    };
+    let plain = out("plain.exr", &[]);
+    let more = out("more.exr", &["--auxiliary"]);
+    assert!(more > 2 * plain, "{plain} {more}");
+    let header = String::from_utf8_lossy(&folder.read("more.exr")[..4096]).into_owned();
+    for channel in [
+        "water.mask",
+        "hit.distance",
+        "normal.Y",
+        "fresnel",
+        "refracted.X",
+        "reflected.length",
+    ] {
+        assert!(header.contains(channel), "{channel}");
+    }
+    out("path.exr", &["--auxiliary", "--renderer", "path"]);
+    assert!(folder.read("path.exr").len() > 2 * plain);
 }

@@ -123,6 +123,42 @@ fn ctrl_c_while_drawing_keeps_the_finished_pictures() {
     }
 }
 
+#[test]
+fn ctrl_c_keeps_the_passes_of_an_exr_and_they_can_be_drawn_on() {
+    let folder = Folder::with_recording();
+    let args = |passes: &'static str, out: &'static str| {
+        [
+            "render",
+            "run.mrec",
+            "--renderer",
+            "path",
+            "--size",
+            "64x36",
+            "--spp",
+            "1",
+            "--passes",
+            passes,
+            "--resume",
+            "-o",
+            out,
+        ]
+    };
+    // A first picture to draw on, so that the next run has something to keep however soon it is stopped.
+    folder.run(args("2", "stopped.exr")).exits(0);
+    let child = folder.start(args("1000000", "stopped.exr"));
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    child.signal("INT");
+    let ended = child.end();
+    ended.exits(130).silent();
+    assert!(
+        ended.stderr.contains("--resume draws on"),
+        "{}",
+        ended.transcript()
+    );
+    let drawn = folder.run(args("1", "stopped.exr")).exits(0).stdout.clone();
+    assert!(drawn.contains("samples a pixel"), "{drawn}");
+}
+
 fn image_opens(path: &Path) -> bool {
     std::fs::read(path).is_ok_and(|bytes| bytes.ends_with(b"IEND\xae\x42\x60\x82"))
 }

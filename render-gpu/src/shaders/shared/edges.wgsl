@@ -37,6 +37,18 @@ fn within_sides(p: vec3f) -> bool {
     return true;
 }
 
+// The point, or the one a hair inside the walls that it is at.
+fn inside_walls(p: vec3f) -> vec3f {
+    var q = p;
+    for (var k = 0u; k < stage.side_count; k++) {
+        let side = stage.sides[k];
+        if side.w == 0.0 {
+            q -= max(beyond(side, q) + stage.hair, 0.0) * side_normal(side);
+        }
+    }
+    return q;
+}
+
 fn cast_solid_edges(o: vec3f, d: vec3f, t_max: f32) -> EdgeHit {
     var best = EdgeHit(FAR, vec3f(0.0));
     var limit = t_max;

@@ -19,17 +19,6 @@ fn wrapped(f: u32, p: vec2f) -> vec2f {
     return select(p, q, stage.fields[f].periodic != vec2u(0u));
 }
 
-fn sample_at(f: u32, i: u32, j: u32) -> f32 {
-    return heights[stage.fields[f].heights + j * stage.fields[f].size.x + i];
-}
-
-// The four samples around cell (i, j): (i, j), (i+1, j), (i, j+1), (i+1, j+1).
-fn corners_of(f: u32, cell: vec2u) -> vec4f {
-    let k = stage.fields[f].heights + cell.y * stage.fields[f].size.x + cell.x;
-    let w = stage.fields[f].size.x;
-    return vec4f(heights[k], heights[k + 1u], heights[k + w], heights[k + w + 1u]);
-}
-
 fn bilinear(c: vec4f, at: vec2f) -> f32 {
     return mix(mix(c.x, c.y, at.x), mix(c.z, c.w, at.x), at.y);
 }
@@ -100,8 +89,7 @@ fn field_slope(f: u32, p: vec2f) -> vec3f {
     for (var b = 0; b < 4; b++) {
         let row = neighbour(cell.y + b - 1, size.y, periodic.y) * size.x;
         for (var a = 0; a < 4; a++) {
-            let k = stage.fields[f].slopes + 2u * u32(row + neighbour(cell.x + a - 1, size.x, periodic.x));
-            let s = vec2f(heights[k], heights[k + 1u]);
+            let s = pair_at(stage.fields[f].slopes, u32(row + neighbour(cell.x + a - 1, size.x, periodic.x)));
             slope += s * (wx[a] * wz[b]);
             if (a == 1 || a == 2) && (b == 1 || b == 2) {
                 low = min(low, s);
@@ -201,10 +189,10 @@ fn walk_pyramid(f: u32, o: vec3f, d: vec3f, from_t: f32, to_t: f32) -> f32 {
         } else {
             let offset = stage.fields[f].pyramid[u32(level - 1) / 4u][u32(level - 1) % 4u];
             let across = (cells.x + block - 1) >> u32(level);
-            let k = offset + 2u * u32((c.y >> u32(level)) * across + (c.x >> u32(level)));
+            let bounds = bounds_at(f, offset, u32((c.y >> u32(level)) * across + (c.x >> u32(level))));
             let ya = o.y + d.y * t;
             let yb = o.y + d.y * out;
-            let near = select(max(ya, yb) >= heights[k], min(ya, yb) <= heights[k + 1u], side > 0.0);
+            let near = select(max(ya, yb) >= bounds.x, min(ya, yb) <= bounds.y, side > 0.0);
             if near {
                 level -= 1;
                 continue;

@@ -110,6 +110,14 @@ struct Corner {
     @location(2) color: vec3f,
 }
 
+// The place of a fragment. Points of walls lie beyond the water's grid by a rounding, where its level of rest would stand for waves.
+fn fragment_place(p: vec3f) -> vec3f {
+    if which.kind == WALL_MESH {
+        return inside_walls(p);
+    }
+    return p;
+}
+
 fn is_in_water(p: vec3f) -> bool {
     return field_height(WATER_FIELD, p.xz) > p.y && within_glass(p);
 }

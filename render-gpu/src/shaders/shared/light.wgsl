@@ -1,5 +1,10 @@
 // Light in air and under water (`sim/src/stage/{light,air,volume}.rs`).
 
+// What a target holds: half precision ends at 65504, which the sun's disc exceeds.
+fn target_value(radiance: vec3f) -> vec4f {
+    return vec4f(select(radiance, min(radiance, vec3f(6e4)), MULTISAMPLED), 1.0);
+}
+
 fn azimuth(direction: vec3f) -> f32 {
     return atan2(direction.x, -direction.z);
 }

@@ -11,18 +11,14 @@ fn droplet(k: u32) -> vec4f {
 fn cast_spray(o: vec3f, d: vec3f, t_max: f32) -> vec2f {
     var best = vec2f(FAR, 0.0);
     var limit = t_max;
-    let inverse = 1.0 / select(d, vec3f(1e-20), abs(d) < vec3f(1e-20));
+    let inverse = safe_inverse(d);
     var stack: array<u32, 40>;
     var top = 1;
     stack[0] = 0u;
     while top > 0 {
         top -= 1;
         let node = stack[top];
-        let a = (bitcast<vec3f>(spray[node].xyz) - o) * inverse;
-        let b = (bitcast<vec3f>(spray[node + 1u].xyz) - o) * inverse;
-        let near = min(a, b);
-        let far = max(a, b);
-        if max(max(near.x, near.y), max(near.z, 0.0)) > min(min(far.x, far.y), min(far.z, limit)) {
+        if !meets_box(o, inverse, bitcast<vec3f>(spray[node].xyz), bitcast<vec3f>(spray[node + 1u].xyz), limit) {
             continue;
         }
         let first = spray[node].w;
@@ -38,14 +34,11 @@ fn cast_spray(o: vec3f, d: vec3f, t_max: f32) -> vec2f {
         for (var k = 0u; k < count; k++) {
             let ball = droplet(stage.spray_root + first + k);
             let p = o - ball.xyz;
-            let along = dot(p, d);
-            let q = p - along * d;
-            let disc = ball.w * ball.w - dot(q, q);
-            if dot(p, p) <= ball.w * ball.w || disc < 0.0 {
+            if dot(p, p) <= ball.w * ball.w {
                 continue;
             }
-            let t = -along - sqrt(disc);
-            if t >= 0.0 && t < limit {
+            let t = cast_sphere(p, d, ball.w);
+            if t < limit {
                 limit = t;
                 best = vec2f(t, f32(stage.spray_root + first + k));
             }

@@ -7,7 +7,7 @@ const FAR: f32 = 1e30;
 const WATER_FIELD: u32 = 0u;
 const GROUND_FIELD: u32 = 1u;
 
-// A heightfield with its continuation; the offsets count values of `heights`.
+// A heightfield with its continuation; the offsets count words of `heights` (`shared/store_*.wgsl`).
 struct Field {
     low: vec2f,
     high: vec2f,
@@ -23,7 +23,7 @@ struct Field {
     levels: u32,
     present: u32,
     safety: f32,
-    unused: u32,
+    radii: u32,
 }
 
 struct Stage {
@@ -92,7 +92,6 @@ struct Stage {
 }
 
 @group(0) @binding(0) var<uniform> stage: Stage;
-@group(0) @binding(1) var<storage, read> heights: array<f32>;
 // Irradiance by normal, haze by azimuth, noise, openness of the ground.
 @group(0) @binding(2) var<storage, read> tables: array<f32>;
 

@@ -1,5 +1,5 @@
 // Baboud & Décoret's walk: steps of the safety radius, within which a ray is taken to cross the surface at most once,
-// then a binary search. The radius is one number a field, as the paper has it for moving water.
+// then a binary search.
 
 const HALVINGS: i32 = 18;
 
@@ -11,15 +11,17 @@ fn above_field(f: u32, o: vec3f, d: vec3f, t: f32) -> f32 {
 }
 
 fn walk_field(f: u32, o: vec3f, d: vec3f, from_t: f32, to_t: f32) -> f32 {
-    let across = length(d.xz);
+    let across = max(length(d.xz), 1e-6);
     // A steep ray crosses the slab before it leaves the radius; it is still looked at twice.
-    let step = min(stage.fields[f].safety / max(across, 1e-6), max(0.5 * (to_t - from_t), 1e-9));
-    let side = select(-1.0, 1.0, above_field(f, o, d, from_t) >= 0.0);
+    let longest = max(0.5 * (to_t - from_t), 1e-9);
+    let above = above_field(f, o, d, from_t) >= 0.0;
+    let side = select(-1.0, 1.0, above);
     var low = from_t;
     for (var n = 0; n < 4096; n++) {
         if low >= to_t {
             break;
         }
+        let step = min(safe_radius(f, o.xz + low * d.xz, above) / across, longest);
         var high = min(low + step, to_t);
         if side * above_field(f, o, d, high) < 0.0 {
             for (var k = 0; k < HALVINGS; k++) {

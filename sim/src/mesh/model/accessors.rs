@@ -95,6 +95,12 @@ impl Accessors {
         })
     }
 
+    /// The bytes of a view of a buffer; `None` where it reaches beyond.
+    pub(super) fn view(&self, view: &gltf::buffer::View<'_>) -> Option<&[u8]> {
+        let bytes = self.0.get(view.buffer().index())?;
+        bytes.get(view.offset()..view.offset().checked_add(view.length())?)
+    }
+
     /// The bytes of each element, checked against view and buffer before anything is allocated.
     fn elements(
         &self,

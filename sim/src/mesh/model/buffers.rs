@@ -19,18 +19,7 @@ pub(super) fn read(
             gltf::buffer::Source::Bin => blob
                 .take()
                 .ok_or_else(|| missing("the file has no binary part for it".into()))?,
-            gltf::buffer::Source::Uri(uri) if uri.starts_with("data:") => {
-                let data = gltf::buffer::Data::from_source(buffer.source(), None);
-                data.map_err(|e| missing(format!("its embedded data cannot be decoded: {e}")))?
-                    .0
-            }
-            gltf::buffer::Source::Uri(uri) => {
-                let shown: String = uri.chars().take(120).collect();
-                let name = decode_percent(uri).filter(|n| !n.contains(':') && !n.contains('\0'));
-                let name = name.ok_or_else(|| missing(format!("`{shown}` is not the name of a file")))?;
-                let path = base.unwrap_or(Path::new("")).join(name);
-                read_file(&path, MAX_BYTES).map_err(|e| missing(e.what()))?
-            }
+            gltf::buffer::Source::Uri(uri) => of_uri(uri, base, MAX_BYTES).map_err(missing)?,
         };
         if data.len() < buffer.length() {
             let reason = format!(
@@ -43,6 +32,21 @@ pub(super) fn read(
         all.push(data);
     }
     Ok(all)
+}
+
+/// The bytes that a URI stands for: embedded in it, or in a file beside the model. Else why there are none.
+pub(super) fn of_uri(uri: &str, base: Option<&Path>, limit: u64) -> Result<Vec<u8>, String> {
+    if uri.starts_with("data:") {
+        let data = gltf::buffer::Data::from_source(gltf::buffer::Source::Uri(uri), None);
+        return data
+            .map(|data| data.0)
+            .map_err(|e| format!("its embedded data cannot be decoded: {e}"));
+    }
+    let shown: String = uri.chars().take(120).collect();
+    let name = decode_percent(uri).filter(|n| !n.contains(':') && !n.contains('\0'));
+    let name = name.ok_or_else(|| format!("`{shown}` is not the name of a file"))?;
+    let path = base.unwrap_or(Path::new("")).join(name);
+    read_file(&path, limit).map_err(|e| e.what())
 }
 
 /// Decodes `%20` and the like.

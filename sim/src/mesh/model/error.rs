@@ -32,6 +32,13 @@ pub enum MeshErrorKind {
         /// Why.
         reason: String,
     },
+    /// A texture is not there or no picture.
+    Texture {
+        /// Number of the image.
+        index: usize,
+        /// Why.
+        reason: String,
+    },
     /// Data reaches beyond its buffer.
     Truncated {
         /// Number of the accessor.
@@ -75,6 +82,7 @@ impl Fault for MeshError {
             Kind::UnsupportedExtension(name) => format!("the model requires the extension `{name}`"),
             Kind::Unsupported(what) => format!("the model uses {what}"),
             Kind::MissingBuffer { index, reason } => format!("buffer {index} is missing: {reason}"),
+            Kind::Texture { index, reason } => format!("texture image {index} is missing: {reason}"),
             Kind::Truncated {
                 accessor,
                 needed,
@@ -105,6 +113,9 @@ impl Fault for MeshError {
             }
             Kind::MissingBuffer { .. } => {
                 "put the buffer beside the model, or save it as one .glb file".into()
+            }
+            Kind::Texture { .. } => {
+                "put the picture (PNG or JPEG) beside the model, or save it all as one .glb file".into()
             }
             Kind::NotFinite { .. } => "repair the mesh, or check the model's scale".into(),
             Kind::Hierarchy | Kind::TooLarge => "simplify the model".into(),

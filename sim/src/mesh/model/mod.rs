@@ -6,6 +6,7 @@ mod error;
 mod reader;
 #[cfg(test)]
 mod tests;
+mod textures;
 
 pub use error::{MeshError, MeshErrorKind};
 
@@ -28,7 +29,8 @@ const MAX_DEPTH: u32 = 64;
 /// scene) into one mesh. `scale` is the length of a model unit in metres.
 ///
 /// Vertices of primitives without normals are doubled so that their faces are flat, as glTF prescribes. The base
-/// colour is that of the primitive with the most triangles. Skins, morph targets and textures are left out.
+/// colour is that of the primitive with the most triangles, of a texture its mean. Skins, morph targets and all of materials
+/// but base colours, their textures and a gloss (roughness below 1) are left out.
 ///
 /// # Errors
 /// [`MeshError`]
@@ -68,7 +70,7 @@ pub(crate) fn parse(bytes: &[u8], base: Option<&Path>, scale: f32) -> Result<Tri
     let blob = gltf.blob;
     let document = gltf::Document::from_json(gltf.document.into_json()).map_err(|e| invalid(&e))?;
     let data = Accessors(buffers::read(&document, base, blob)?);
-    let mut reader = Reader::new(data, document.nodes().len());
+    let mut reader = Reader::new(data, document.nodes().len(), base);
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let roots: Vec<_> = match scene {
         Some(scene) => scene.nodes().collect(),
@@ -80,7 +82,7 @@ pub(crate) fn parse(bytes: &[u8], base: Option<&Path>, scale: f32) -> Result<Tri
     if reader.mesh.triangles.is_empty() {
         return Err(Kind::NoTriangles);
     }
-    Ok(reader.mesh)
+    Ok(reader.finish())
 }
 
 /// Whether a primitive takes a vertex attribute from an accessor beyond the last. The crate's own validation looks into

@@ -1,15 +1,21 @@
 //! From the nodes of a model to one mesh in its own axes.
 
 use super::accessors::Accessors;
-use super::{Kind, MAX_DEPTH, MAX_ELEMENTS};
+use super::{Kind, MAX_DEPTH, MAX_ELEMENTS, textures};
 use crate::mesh::{DEFAULT_COLOR, TriangleMesh};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use gltf::mesh::{Mode, Semantic};
+use std::collections::HashMap;
+use std::path::Path;
 
 /// Gathers the triangles of all nodes in one mesh.
-pub(super) struct Reader {
+pub(super) struct Reader<'a> {
     data: Accessors,
     pub(super) mesh: TriangleMesh,
+    /// Where other files are sought.
+    base: Option<&'a Path>,
+    /// Materials of the mesh by their numbers in the file.
+    materials: HashMap<Option<usize>, u16>,
     /// Triangles of the primitive that gave the base colour.
     largest: usize,
     /// In a valid file each node has one parent, so each is visited once.
@@ -17,11 +23,13 @@ pub(super) struct Reader {
     elements_read: usize,
 }
 
-impl Reader {
+impl<'a> Reader<'a> {
     /// `nodes` is how many there are in the file.
-    pub(super) fn new(data: Accessors, nodes: usize) -> Self {
+    pub(super) fn new(data: Accessors, nodes: usize, base: Option<&'a Path>) -> Self {
         Self {
             data,
+            base,
+            materials: HashMap::new(),
             mesh: TriangleMesh {
                 base_color: DEFAULT_COLOR,
                 ..TriangleMesh::default()
@@ -103,7 +111,12 @@ impl Reader {
         if triangles.is_empty() {
             return Ok(());
         }
-        let mut texcoords = match primitive.get(&Semantic::TexCoords(0)) {
+        let look = primitive.material();
+        let set = look
+            .pbr_metallic_roughness()
+            .base_color_texture()
+            .map_or(0, |info| info.tex_coord());
+        let mut texcoords = match primitive.get(&Semantic::TexCoords(set)) {
             Some(a) if a.count() == positions.len() => self.data.texcoords(&a)?,
             _ => Vec::new(),
         };
@@ -136,20 +149,47 @@ impl Reader {
                 *normal = turned.unwrap_or(face);
             }
         }
+        let number = self.material(&look)?;
         if triangles.len() > self.largest {
             self.largest = triangles.len();
-            let material = primitive.material();
-            let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor();
-            let color = Vec3::new(r, g, b);
-            let given = material.index().is_some() && color.is_finite();
-            self.mesh.base_color = if given {
-                color.clamp(Vec3::ZERO, Vec3::ONE)
-            } else {
-                DEFAULT_COLOR
-            };
+            self.mesh.base_color = self.mesh.materials[usize::from(number)].mean();
         }
+        self.mesh
+            .material_of
+            .extend(std::iter::repeat_n(number, triangles.len()));
         self.append(positions, normals, texcoords, &triangles);
         Ok(())
+    }
+
+    /// Number of a material in the mesh, read at its first use.
+    fn material(&mut self, look: &gltf::Material<'_>) -> Result<u16, Kind> {
+        if let Some(&known) = self.materials.get(&look.index()) {
+            return Ok(known);
+        }
+        let number = u16::try_from(self.mesh.materials.len()).map_err(|_| Kind::TooLarge)?;
+        let material = textures::material(look, &self.data, self.base)?;
+        self.mesh.materials.push(material);
+        self.materials.insert(look.index(), number);
+        Ok(number)
+    }
+
+    /// The mesh; one of a single colour without materials, and textures without coordinates as their means.
+    pub(super) fn finish(self) -> TriangleMesh {
+        let mut mesh = self.mesh;
+        for material in &mut mesh.materials {
+            if mesh.texcoords.is_empty() && material.texture.is_some() {
+                material.color = material.mean();
+                material.texture = None;
+            }
+        }
+        let plain = |m: &crate::mesh::Material| {
+            m.texture.is_none() && m.shine.is_none() && m.color == mesh.base_color
+        };
+        if mesh.materials.iter().all(plain) {
+            mesh.materials.clear();
+            mesh.material_of.clear();
+        }
+        mesh
     }
 
     fn append(

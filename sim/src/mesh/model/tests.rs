@@ -96,6 +96,69 @@ fn the_base_colour_is_that_of_the_material() {
     assert_eq!(mesh.base_color, Vec3::new(0.25, 0.5, 0.75));
 }
 
+/// A tetrahedron whose texture coordinates are those of a picture of two texels.
+fn textured(uri: &str, more: &str) -> String {
+    let materials = format!(
+        r#", "materials": [{{ "pbrMetallicRoughness": {{ "baseColorFactor": [1, 0.5, 1, 1], "baseColorTexture": {{ "index": 0 }} }} }}],
+        "textures": [{{ "source": 0, "sampler": 0 }}], "samplers": [{{ "wrapS": 33071, "wrapT": 33648 }}],
+        "images": [{{ "uri": "{uri}" }}] {more}"#
+    );
+    // Positions serve as coordinates too: (x, y) of the corners.
+    let text = text(NODE, r#", "material": 0"#, &materials);
+    text.replace(
+        r#""POSITION": 0 }"#,
+        r#""POSITION": 0, "TEXCOORD_0": 2 }"#,
+    )
+    .replace(
+        r#""SCALAR", "count": 12 }"#,
+        r#""SCALAR", "count": 12 }, { "bufferView": 2, "componentType": 5126, "type": "VEC2", "count": 4 }"#,
+    )
+    .replace(
+        r#""byteOffset": 48, "byteLength": 24 }"#,
+        r#""byteOffset": 48, "byteLength": 24 }, { "buffer": 0, "byteOffset": 0, "byteLength": 48, "byteStride": 12 }"#,
+    )
+}
+
+#[test]
+fn base_colours_come_from_textures() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("the mesh.bin"), buffer(&CORNERS, &FACES)).unwrap();
+    let picture = image::RgbImage::from_fn(2, 1, |x, _| image::Rgb([if x == 0 { 255 } else { 0 }; 3]));
+    picture.save(dir.path().join("two texels.png")).unwrap();
+    let parse = |text: &str| parse(text.as_bytes(), Some(dir.path()), 1.0);
+    let mesh = parse(&textured("two%20texels.png", "")).unwrap();
+    mesh.validate().unwrap();
+    assert_eq!((mesh.materials.len(), mesh.material_of.len()), (1, 4));
+    let texture = mesh.materials[0].texture.as_ref().unwrap();
+    assert_eq!(
+        (texture.size, &texture.texels[..]),
+        (glam::UVec2::new(2, 1), &[[255; 3], [0; 3]][..])
+    );
+    assert_eq!(
+        texture.wrap,
+        [crate::mesh::Wrap::Clamp, crate::mesh::Wrap::Mirror]
+    );
+    // What is drawn where the texture cannot be is its mean.
+    assert_eq!(mesh.base_color, Vec3::new(0.5, 0.25, 0.5));
+    assert_eq!(
+        mesh.materials[0].color_at(glam::Vec2::ZERO),
+        Vec3::new(1.0, 0.5, 1.0)
+    );
+    assert_eq!(mesh.materials[0].color_at(glam::Vec2::X), Vec3::ZERO);
+
+    let reason = |text: &str| match parse(text).unwrap_err() {
+        Kind::Texture { index: 0, reason } => reason,
+        other => panic!("{other:?}"),
+    };
+    assert!(reason(&textured("gone.png", "")).contains("no such file"));
+    assert!(reason(&textured("the%20mesh.bin", "")).contains("cannot be decoded"));
+    assert!(reason(&textured("https://x/y.png", "")).contains("not the name of a file"));
+    let needs = r#", "extensionsRequired": ["KHR_texture_basisu"]"#;
+    assert!(
+        matches!(parse(&textured("two%20texels.png", needs)), Err(Kind::UnsupportedExtension(name)) if name.contains("basisu"))
+    );
+}
+
 #[test]
 fn strips_and_fans_become_triangles_of_one_sense() {
     let count = |mode: u32, faces: &[u16]| {

@@ -50,11 +50,14 @@ pub enum Sky {
         /// Linear RGB radiance.
         radiance: Vec3,
     },
-    /// An equirectangular HDR picture.
+    /// A picture of the surroundings.
     Picture {
-        /// The file (EXR), relative to the scene file.
+        /// The file (EXR, PNG, JPEG or BMP), relative to the scene file.
         #[serde(serialize_with = "path_text")]
         file: PathBuf,
+        /// What the picture shows where.
+        #[serde(default)]
+        layout: SkyLayout,
         /// Turn about +Y in degrees.
         #[serde(default)]
         rotation: f32,
@@ -71,6 +74,19 @@ pub enum Sky {
         #[serde(default = "one")]
         scale: f32,
     },
+}
+
+/// How a picture shows the surroundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SkyLayout {
+    /// Equirectangular, twice as wide as high.
+    #[default]
+    Panorama,
+    /// The six faces of a cube: a cross of 4 by 3 or 3 by 4 squares, or a row or column of +X, −X, +Y, −Y, +Z, −Z.
+    Cube,
+    /// A landscape of any shape that stands on the horizon, once in each quarter of it.
+    Horizon,
 }
 
 impl Default for Sky {

@@ -6,6 +6,7 @@ mod boundary;
 mod camera;
 mod event;
 mod ground;
+mod horizon;
 mod layer;
 mod light;
 mod object;
@@ -24,8 +25,9 @@ pub use boundary::{Boundary, Drive, Driven, Edge, EdgeName, SeriesPoint};
 pub use camera::Camera;
 pub use event::Event;
 pub use ground::{Coordinates, GroundLook, Terrain};
+pub use horizon::{Horizon, NormalBlend};
 pub use layer::{Detail, Layer};
-pub use light::{Light, Sky, Sun};
+pub use light::{Light, Sky, SkyLayout, Sun};
 pub use object::{Motion, Object, Shape, WayPoint};
 pub use ocean::{Cascade, Ocean, OceanFoam, Sea, Spectrum, Spreading};
 pub use procedural::{Procedural, Wave};
@@ -84,6 +86,9 @@ pub struct Description {
     /// Sun and sky.
     #[serde(default)]
     pub light: Light,
+    /// The room of pictures of the renderer `horizon`; absent: its defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub horizon: Option<Horizon>,
     /// Named cameras; the first is the default. Without any, one is placed that sees the whole domain.
     #[serde(default, rename = "camera", skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<Camera>,

@@ -79,6 +79,9 @@ pub fn write(
 ) -> Result<(), String> {
     let frames = format!("{}..={}", clip.first, clip.last.max(clip.first));
     let args = RenderArgs {
+        auxiliary: false,
+        passes: None,
+        resume: false,
         input: seen.recording,
         overrides: Overrides::default(),
         at: None,

@@ -3,6 +3,7 @@
 //! Each diagonal link goes by halves through both corners; as the corner cell sees it, less its own pressure, it has the
 //! surface terms to both ends.
 
+use crate::shallow_water::chunks::{in_chunks, of};
 use crate::shallow_water::finite_volume::kernels::{LANES, Row};
 use crate::shallow_water::lattice::kernels::{Cell, Constants, RowView, Star, surface};
 use crate::shallow_water::real::Real;
@@ -91,34 +92,46 @@ fn fluxes<T: Real>(k: &Constants<T>, cells: &Around<T>, meeting: &Meeting<T>) ->
     [before, behind, across_before, across_behind]
 }
 
-impl<T: Real> LatticeFaces<T> {
-    /// Face `c`, of the lattice if all `calm` are 1.
-    #[inline(always)]
-    fn set(
-        &mut self,
-        k: &Constants<T>,
-        c: usize,
-        calm: [T; 6],
-        mass: T,
-        of: impl FnOnce() -> (Around<T>, Meeting<T>),
-    ) {
-        let on = calm[0] * calm[1] * calm[2] * calm[3] * calm[4] * calm[5];
-        self.on[c] = on;
-        if !(on > T::ZERO) {
-            return;
+/// `N` faces of a row from column `first`: which are the lattice's, those all of whose cells are `calm`, and what goes
+/// through them. Where a face is not, what stands in the other arrays is never read.
+#[inline(always)]
+fn set<T: Real, const N: usize>(
+    k: &Constants<T>,
+    first: usize,
+    calm: [&[T; N]; 6],
+    mass: &[T; N],
+    of: impl Fn(usize) -> (Around<T>, Meeting<T>),
+    out: &mut LatticeFaces<T>,
+) {
+    let (mut on, mut flux) = ([T::ZERO; N], [[T::ZERO; N]; 4]);
+    let scale = k.speed * k.speed;
+    for c in 0..N {
+        on[c] = calm[0][c] * calm[1][c] * calm[2][c] * calm[3][c] * calm[4][c] * calm[5][c];
+        let (cells, meeting) = of(c);
+        let fluxes = fluxes(k, &cells, &meeting);
+        for (flux, value) in flux.iter_mut().zip(fluxes) {
+            flux[c] = scale * value;
         }
-        self.mass[c] = mass;
-        let (cells, meeting) = of();
-        let scale = k.speed * k.speed;
-        let [before, behind, across_before, across_behind] = fluxes(k, &cells, &meeting).map(|f| scale * f);
-        (self.before[c], self.behind[c]) = (before, behind);
-        (self.across_before[c], self.across_behind[c]) = (across_before, across_behind);
     }
+    let columns = first..first + N;
+    out.on[columns.clone()].copy_from_slice(&on);
+    out.mass[columns.clone()].copy_from_slice(mass);
+    let [before, behind, across_before, across_behind] = &flux;
+    out.before[columns.clone()].copy_from_slice(before);
+    out.behind[columns.clone()].copy_from_slice(behind);
+    out.across_before[columns.clone()].copy_from_slice(across_before);
+    out.across_behind[columns].copy_from_slice(across_behind);
+}
+
+/// Depths and beds of `N` cells of a row.
+#[inline(always)]
+fn cells<'a, T, const N: usize>(row: &RowView<'a, T>, first: usize) -> (&'a [T; N], &'a [T; N]) {
+    (of(row.h, first), of(row.z, first))
 }
 
 #[inline(always)]
-fn cell<T: Real>(row: &RowView<'_, T>, c: usize) -> Cell<T> {
-    (row.h[c], row.z[c])
+fn cell<T: Real, const N: usize>((h, z): (&[T; N], &[T; N]), c: usize) -> Cell<T> {
+    (h[c], z[c])
 }
 
 /// The faces to +X of the middle row.
@@ -132,25 +145,41 @@ pub(super) fn along_x<T: Real>(
     calm: [&Row<T>; 3],
     out: &mut LatticeFaces<T>,
 ) {
-    let [fb, f, ff] = stars.map(|s| &s.0);
-    for c in 1..n - 2 {
-        let d = c + 1;
-        let all = [
-            calm[0][c], calm[1][c], calm[2][c], calm[0][d], calm[1][d], calm[2][d],
-        ];
-        out.set(k, c, all, mass[c], || {
-            let cells = Around {
-                before: rows.each_ref().map(|r| cell(r, c)),
-                behind: rows.each_ref().map(|r| cell(r, d)),
-            };
-            let meeting = Meeting {
-                axis: f[0][c] + f[1][d],
-                from: [f[6][c] + fb[7][d], f[4][c] + ff[5][d]],
-                to: [fb[4][c] + f[5][d], ff[6][c] + f[7][d]],
-            };
-            (cells, meeting)
-        });
-    }
+    in_chunks!(1..n - 2, along_x_chunk(k, rows, stars, mass, calm, out));
+}
+
+#[inline(always)]
+fn along_x_chunk<T: Real, const N: usize>(
+    first: usize,
+    k: &Constants<T>,
+    rows: [RowView<'_, T>; 3],
+    [fb, f, ff]: [&Star<T>; 3],
+    mass: &Row<T>,
+    calm: [&Row<T>; 3],
+    out: &mut LatticeFaces<T>,
+) {
+    let next = first + 1;
+    let [a, b, c] = calm.map(|row| of::<T, N>(row, first));
+    let [d, e, g] = calm.map(|row| of::<T, N>(row, next));
+    let before = rows.each_ref().map(|row| cells::<T, N>(row, first));
+    let behind = rows.each_ref().map(|row| cells::<T, N>(row, next));
+    let [f0, f4, f6] = [0, 4, 6].map(|i| of::<T, N>(&f.0[i], first));
+    let [f1, f5, f7] = [1, 5, 7].map(|i| of::<T, N>(&f.0[i], next));
+    let (fb4, fb7) = (of::<T, N>(&fb.0[4], first), of::<T, N>(&fb.0[7], next));
+    let (ff6, ff5) = (of::<T, N>(&ff.0[6], first), of::<T, N>(&ff.0[5], next));
+    let face = |c: usize| {
+        let around = Around {
+            before: before.map(|row| cell(row, c)),
+            behind: behind.map(|row| cell(row, c)),
+        };
+        let meeting = Meeting {
+            axis: f0[c] + f1[c],
+            from: [f6[c] + fb7[c], f4[c] + ff5[c]],
+            to: [fb4[c] + f5[c], ff6[c] + f7[c]],
+        };
+        (around, meeting)
+    };
+    set(k, first, [a, b, c, d, e, g], of(mass, first), face, out);
 }
 
 /// The faces between two rows.
@@ -164,23 +193,40 @@ pub(super) fn along_z<T: Real>(
     calm: [&Row<T>; 2],
     out: &mut LatticeFaces<T>,
 ) {
-    let [f, g] = stars.map(|s| &s.0);
-    for c in 1..n - 1 {
-        let (w, e) = (c - 1, c + 1);
-        let all = [
-            calm[0][w], calm[0][c], calm[0][e], calm[1][w], calm[1][c], calm[1][e],
-        ];
-        out.set(k, c, all, mass[c], || {
-            let cells = Around {
-                before: [w, c, e].map(|i| cell(&rows[0], i)),
-                behind: [w, c, e].map(|i| cell(&rows[1], i)),
-            };
-            let meeting = Meeting {
-                axis: f[2][c] + g[3][c],
-                from: [f[7][c] + g[6][w], f[4][c] + g[5][e]],
-                to: [f[4][w] + g[5][c], f[7][e] + g[6][c]],
-            };
-            (cells, meeting)
-        });
-    }
+    in_chunks!(1..n - 1, along_z_chunk(k, rows, stars, mass, calm, out));
+}
+
+#[inline(always)]
+fn along_z_chunk<T: Real, const N: usize>(
+    first: usize,
+    k: &Constants<T>,
+    rows: [RowView<'_, T>; 2],
+    [f, g]: [&Star<T>; 2],
+    mass: &[T],
+    calm: [&Row<T>; 2],
+    out: &mut LatticeFaces<T>,
+) {
+    // The column before, the column, the next.
+    let three = [first - 1, first, first + 1];
+    let [a, b, c] = three.map(|at| of::<T, N>(calm[0], at));
+    let [d, e, h] = three.map(|at| of::<T, N>(calm[1], at));
+    let before = three.map(|at| cells::<T, N>(&rows[0], at));
+    let behind = three.map(|at| cells::<T, N>(&rows[1], at));
+    let [f2, f7, f4] = [2, 7, 4].map(|i| of::<T, N>(&f.0[i], first));
+    let (f4w, f7e) = (of::<T, N>(&f.0[4], first - 1), of::<T, N>(&f.0[7], first + 1));
+    let [g3, g5, g6] = [3, 5, 6].map(|i| of::<T, N>(&g.0[i], first));
+    let (g6w, g5e) = (of::<T, N>(&g.0[6], first - 1), of::<T, N>(&g.0[5], first + 1));
+    let face = |c: usize| {
+        let around = Around {
+            before: before.map(|column| cell(column, c)),
+            behind: behind.map(|column| cell(column, c)),
+        };
+        let meeting = Meeting {
+            axis: f2[c] + g3[c],
+            from: [f7[c] + g6w[c], f4[c] + g5e[c]],
+            to: [f4w[c] + g5[c], f7e[c] + g6[c]],
+        };
+        (around, meeting)
+    };
+    set(k, first, [a, b, c, d, e, h], of(mass, first), face, out);
 }

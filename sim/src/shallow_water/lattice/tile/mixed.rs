@@ -2,6 +2,7 @@
 
 use super::faces::{self, LatticeFaces};
 use super::{Scratch, Sink, Source, forget_unknown, stressed};
+use crate::shallow_water::chunks::{in_chunks, of};
 use crate::shallow_water::finite_volume::kernels::{
     self as volumes, Cells, Faces, Row, RowView as VolumeRow, Velocities,
 };
@@ -205,52 +206,41 @@ fn put<T: Real>(n: usize, from: &LatticeFaces<T>, into: &mut Faces<T>) {
     }
 }
 
-/// What goes through one face as the two cells beside it see it: momentum normal to it, less the pressure of the
-/// cell, and along it.
-#[derive(Clone, Copy)]
-struct Seen<T> {
-    normal: T,
-    across: T,
+/// What goes through some faces as the cells on one side of them see it: momentum normal to them, less the pressure of
+/// the cell, and along them.
+struct Seen<'a, T, const N: usize> {
+    on: &'a [T; N],
+    /// As the finite volumes have it, less the pressure at the face, and as the lattice has it.
+    normal: [&'a [T; N]; 2],
+    across: [&'a [T; N]; 2],
 }
 
-/// A face at the larger side of a cell whose depth was `old` and is `h` at the half step, with halves of the
-/// differences of surface and bed across it.
-#[inline(always)]
-fn seen<T: Real>(
-    k: &volumes::Constants<T>,
-    (volume, lattice): (&Faces<T>, &LatticeFaces<T>),
-    c: usize,
-    upper: bool,
-    (h, old): (T, T),
-    (e, z): (T, T),
-) -> Seen<T> {
-    if lattice.on[c] > T::ZERO {
-        return if upper {
-            Seen {
-                normal: lattice.before[c],
-                across: lattice.across_before[c],
-            }
+impl<'a, T: Real, const N: usize> Seen<'a, T, N> {
+    /// `N` faces from column `first`, as the cells before them see them, or those behind.
+    #[inline(always)]
+    fn new(first: usize, upper: bool, (volume, lattice): (&'a Faces<T>, &'a LatticeFaces<T>)) -> Self {
+        let (from_volume, from_lattice, across) = if upper {
+            (&volume.before, &lattice.before, &lattice.across_before)
         } else {
-            Seen {
-                normal: lattice.behind[c],
-                across: lattice.across_behind[c],
-            }
+            (&volume.behind, &lattice.behind, &lattice.across_behind)
         };
+        Self {
+            on: of(&lattice.on, first),
+            normal: [of(from_volume, first), of(from_lattice, first)],
+            across: [of(&volume.across, first), of(across, first)],
+        }
     }
-    // From the pressure at the face to that of the cell's mean, over the part of its bed between; both ½ g h².
-    let half = T::HALF * k.gravity;
-    let rise = half * (h - old) * (h + old);
-    let twice = h + h;
-    if upper {
-        Seen {
-            normal: volume.before[c] + half * (twice + (e - z)) * e + rise,
-            across: volume.across[c],
-        }
-    } else {
-        Seen {
-            normal: volume.behind[c] - half * (twice - (e - z)) * e + rise,
-            across: volume.across[c],
-        }
+
+    /// Of face `c`; `pressure` is the part of the cell's that finite volumes have on the bed and `rise` that of its mean
+    /// depth over its old one.
+    #[inline(always)]
+    fn at(&self, c: usize, pressure: T, rise: T) -> [T; 2] {
+        let lattice = self.on[c] > T::ZERO;
+        let of = |volume: T, other: T| if lattice { other } else { volume };
+        [
+            of((self.normal[0][c] + pressure) + rise, self.normal[1][c]),
+            of(self.across[0][c], self.across[1][c]),
+        ]
     }
 }
 
@@ -263,23 +253,62 @@ fn update<T: Real>(
     cells: &Cells<T>,
     x: (&Faces<T>, &LatticeFaces<T>),
     z: [(&Faces<T>, &LatticeFaces<T>); 2],
-    [h, qx, qz]: [&mut [T]; 3],
+    mut into: [&mut [T]; 3],
     pure: &mut Row<T>,
 ) {
-    for i in 0..h.len() {
-        let c = i + HALO;
-        let depths = (cells.h[c], old.h[c]);
-        let along_x = (cells.x.e[c], cells.x.z[c]);
-        let along_z = (cells.z.e[c], cells.z.z[c]);
-        let west = seen(k, x, c - 1, false, depths, along_x);
-        let east = seen(k, x, c, true, depths, along_x);
-        let first = seen(k, z[0], c, false, depths, along_z);
-        let last = seen(k, z[1], c, true, depths, along_z);
-        let mass_x = x.0.mass[c - 1] - x.0.mass[c];
-        let mass_z = z[0].0.mass[c] - z[1].0.mass[c];
-        h[i] = (old.h[c] + mass_x) + mass_z;
-        qx[i] = old.qx[c] + k.lambda * ((west.normal - east.normal) + (first.across - last.across));
-        qz[i] = old.qz[c] + k.lambda * ((first.normal - last.normal) + (west.across - east.across));
-        pure[c] = x.1.on[c - 1] * x.1.on[c] * z[0].1.on[c] * z[1].1.on[c];
+    let m = into[0].len();
+    in_chunks!(HALO..HALO + m, update_chunk(k, old, cells, x, z, &mut into, pure));
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "a row through one stage")]
+fn update_chunk<T: Real, const N: usize>(
+    first: usize,
+    k: &volumes::Constants<T>,
+    old: RowView<'_, T>,
+    cells: &Cells<T>,
+    x: (&Faces<T>, &LatticeFaces<T>),
+    z: [(&Faces<T>, &LatticeFaces<T>); 2],
+    into: &mut [&mut [T]; 3],
+    pure: &mut Row<T>,
+) {
+    let sides = [
+        Seen::<T, N>::new(first - 1, false, x),
+        Seen::new(first, true, x),
+        Seen::new(first, false, z[0]),
+        Seen::new(first, true, z[1]),
+    ];
+    let [west, east, front, back] = &sides;
+    let mass = [
+        of::<T, N>(&x.0.mass, first - 1),
+        of(&x.0.mass, first),
+        of(&z[0].0.mass, first),
+        of(&z[1].0.mass, first),
+    ];
+    let [h, qx, qz] = [old.h, old.qx, old.qz].map(|v| of::<T, N>(v, first));
+    let mean = of::<T, N>(&cells.h, first);
+    let [ex, zx, ez, zz] = [&cells.x.e, &cells.x.z, &cells.z.e, &cells.z.z].map(|v| of::<T, N>(v, first));
+    let mut new = [[T::ZERO; N]; 3];
+    let mut all = [T::ZERO; N];
+    let half = T::HALF * k.gravity;
+    for c in 0..N {
+        // From the pressure at a face to that of the cell's mean, over the part of its bed between; both ½ g h².
+        let rise = half * (mean[c] - h[c]) * (mean[c] + h[c]);
+        let twice = mean[c] + mean[c];
+        let lower = |e: T, z: T| -(half * (twice - (e - z)) * e);
+        let upper = |e: T, z: T| half * (twice + (e - z)) * e;
+        let [west_normal, west_across] = west.at(c, lower(ex[c], zx[c]), rise);
+        let [east_normal, east_across] = east.at(c, upper(ex[c], zx[c]), rise);
+        let [front_normal, front_across] = front.at(c, lower(ez[c], zz[c]), rise);
+        let [back_normal, back_across] = back.at(c, upper(ez[c], zz[c]), rise);
+        let (mass_x, mass_z) = (mass[0][c] - mass[1][c], mass[2][c] - mass[3][c]);
+        new[0][c] = (h[c] + mass_x) + mass_z;
+        new[1][c] = qx[c] + k.lambda * ((west_normal - east_normal) + (front_across - back_across));
+        new[2][c] = qz[c] + k.lambda * ((front_normal - back_normal) + (west_across - east_across));
+        all[c] = west.on[c] * east.on[c] * front.on[c] * back.on[c];
     }
+    for (into, new) in into.iter_mut().zip(&new) {
+        into[first - HALO..first - HALO + N].copy_from_slice(new);
+    }
+    pure[first..first + N].copy_from_slice(&all);
 }

@@ -1,0 +1,176 @@
+//! Flat walls by mirror images: water beyond a wall that does what the water before it does, backwards.
+//!
+//! Every sum over neighbours then sees a flat wall as a plane of symmetry of the flow. Densities, gradients and pressures
+//! at the wall are those inside the water, a lattice that begins half a spacing before a wall is in balance with it, and
+//! water slides along it without friction. In edges, corners and thin tanks images are mirrored again.
+
+use super::boundary::Boundary;
+use super::cells::Cells;
+use glam::{Vec3, Vec4};
+
+/// Reflections to either side at most, which fill the support of a kernel down to a fifth of a spacing between walls.
+const MOST: i32 = 6;
+
+/// Coordinates of a point's images along one axis, with the sign that velocities take there.
+#[derive(Default)]
+struct Line {
+    count: usize,
+    at: [(f32, f32); 4 * MOST as usize + 3],
+}
+
+impl Line {
+    /// The point itself and its images beyond the walls at `low` and `high`, as far as `reach` from them.
+    fn new(x: f32, low: Option<f32>, high: Option<f32>, reach: f32) -> Self {
+        let mut line = Self::default();
+        line.add(x, 1.0);
+        match (low, high) {
+            (None, None) => {}
+            (Some(low), Some(high)) => {
+                let width = (high - low).max(0.0);
+                let inside = |at: f32| at > low - reach && at < high + reach;
+                let turns = (reach / (2.0 * width).max(1e-9)).ceil().min(MOST as f32) as i32;
+                for k in -turns..=turns {
+                    let shift = 2.0 * width * k as f32;
+                    if k != 0 && inside(x + shift) {
+                        line.add(x + shift, 1.0);
+                    }
+                    if inside(2.0 * low - x + shift) {
+                        line.add(2.0 * low - x + shift, -1.0);
+                    }
+                }
+            }
+            (Some(wall), None) | (None, Some(wall)) => {
+                if (x - wall).abs() < reach {
+                    line.add(2.0 * wall - x, -1.0);
+                }
+            }
+        }
+        line
+    }
+
+    fn add(&mut self, x: f32, sign: f32) {
+        self.at[self.count] = (x, sign);
+        self.count += 1;
+    }
+
+    fn images(&self) -> &[(f32, f32)] {
+        &self.at[..self.count]
+    }
+}
+
+/// Images of the particles, in the order of their own cells. Arrays that passes read neighbours from hold the values of
+/// the particles first, then those of the images.
+#[derive(Debug, Default)]
+pub(crate) struct Mirrors {
+    pub(crate) cells: Cells,
+    /// Positions of the images.
+    pub(crate) position: Vec<Vec4>,
+    source: Vec<u32>,
+    sign: Vec<Vec4>,
+    spare: Vec<u32>,
+    spare4: Vec<Vec4>,
+}
+
+impl Mirrors {
+    /// Makes the images of `positions` that are within `reach` of the flat walls of `boundary`.
+    pub(crate) fn find(&mut self, boundary: &Boundary, positions: &[Vec4], reach: f32) {
+        self.position.clear();
+        self.source.clear();
+        self.sign.clear();
+        let [x_walls, y_walls, z_walls] = boundary.mirrors();
+        let near = |x: f32, walls: [Option<f32>; 2]| {
+            walls.into_iter().flatten().any(|wall| (x - wall).abs() < reach)
+        };
+        for (k, p) in positions.iter().enumerate() {
+            if !(near(p.x, x_walls) || near(p.y, y_walls) || near(p.z, z_walls)) {
+                continue;
+            }
+            let line = |x: f32, walls: [Option<f32>; 2]| Line::new(x, walls[0], walls[1], reach);
+            let (xs, ys, zs) = (line(p.x, x_walls), line(p.y, y_walls), line(p.z, z_walls));
+            for (a, x) in xs.images().iter().enumerate() {
+                for (b, y) in ys.images().iter().enumerate() {
+                    for (c, z) in zs.images().iter().enumerate() {
+                        if a + b + c > 0 {
+                            self.position.push(Vec4::new(x.0, y.0, z.0, 0.0));
+                            self.source.push(k as u32);
+                            self.sign.push(Vec4::new(x.1, y.1, z.1, 1.0));
+                        }
+                    }
+                }
+            }
+        }
+        self.cells.sort(&self.position, reach);
+        self.cells.reorder(&mut self.position, &mut self.spare4);
+        self.cells.reorder(&mut self.sign, &mut self.spare4);
+        self.cells.reorder(&mut self.source, &mut self.spare);
+    }
+
+    /// Number of images.
+    pub(crate) fn len(&self) -> usize {
+        self.source.len()
+    }
+
+    /// The particle behind number `j` of `n` particles and their images, and the signs of its image.
+    #[inline]
+    pub(crate) fn behind(&self, j: usize, n: usize) -> (usize, Vec3) {
+        if j < n {
+            (j, Vec3::ONE)
+        } else {
+            (self.source[j - n] as usize, self.sign[j - n].truncate())
+        }
+    }
+
+    /// Vectors of `n` particles, then those of the images.
+    pub(crate) fn extend_vectors(&self, values: &mut Vec<Vec4>, n: usize) {
+        values.resize(n + self.len(), Vec4::ZERO);
+        let (own, images) = values.split_at_mut(n);
+        for ((image, &source), sign) in images.iter_mut().zip(&self.source).zip(&self.sign) {
+            *image = own[source as usize] * *sign;
+        }
+    }
+
+    /// Scalars of `n` particles, then those of the images.
+    pub(crate) fn extend_scalars(&self, values: &mut Vec<f32>, n: usize) {
+        values.resize(n + self.len(), 0.0);
+        let (own, images) = values.split_at_mut(n);
+        for (image, &source) in images.iter_mut().zip(&self.source) {
+            *image = own[source as usize];
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        self.cells.bytes()
+            + 16 * (self.position.capacity() + self.sign.capacity() + self.spare4.capacity())
+            + 4 * (self.source.capacity() + self.spare.capacity())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2;
+
+    #[test]
+    fn a_corner_has_seven_images_and_a_thin_tank_is_filled() {
+        let mut mirrors = Mirrors::default();
+        let tank = Boundary::tank(Vec2::ZERO, Vec2::splat(2.0), 0.0);
+        let p = Vec4::new(0.05, 0.05, 0.05, 0.0);
+        mirrors.find(&tank, &[p], 0.2);
+        assert_eq!(mirrors.len(), 7);
+        let opposite = mirrors.position.iter().position(|q| *q == -p).unwrap();
+        assert_eq!(mirrors.behind(1 + opposite, 1), (0, Vec3::NEG_ONE));
+        let mut v = vec![Vec4::new(1.0, 2.0, 3.0, 0.0)];
+        mirrors.extend_vectors(&mut v, 1);
+        assert_eq!(v[1 + opposite], -v[0]);
+        // One layer between walls a spacing apart: images make a lattice of it.
+        let thin = Boundary::tank(Vec2::ZERO, Vec2::new(2.0, 0.1), -9.0);
+        mirrors.find(&thin, &[Vec4::new(1.0, 0.0, 0.05, 0.0)], 0.25);
+        let mut at: Vec<f32> = mirrors.position.iter().map(|p| p.z).collect();
+        at.sort_by(f32::total_cmp);
+        let expected = [-0.15, -0.05, 0.15, 0.25];
+        assert!(
+            at.len() == 4 && at.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+            "{at:?}"
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! Damping of what the particles cannot resolve.
+//!
+//! Nothing else takes energy from velocities that change from one particle to the next: a projection leaves what is free of
+//! compression as it is. The force is that of viscosity along the line of a pair, but acts on what is left of the
+//! difference of velocities when the linear field about both is taken off, v_ij − ½ (∇v_i + ∇v_j) x_ij. Smooth flows are
+//! left alone (a linear one exactly, waves over some ten particles are not damped measurably); opposite forces along the
+//! line of a pair keep linear and angular momentum.
+
+use super::correction::Local;
+use super::fluid::Fluid;
+use super::pressure::differences;
+use glam::{Vec3, Vec4};
+
+/// The viscosity over the spacing times the speed of what is damped: that a fall of one spacing gives, and the
+/// unresolved difference itself.
+const STRENGTH: f32 = 0.7;
+/// Largest viscosity times dt / spacing² of an explicit step.
+const EXPLICIT: f32 = 0.07;
+
+/// Gradient of the velocity: rows are the gradients of its components.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gradient([Vec3; 3]);
+
+impl Gradient {
+    fn times(&self, x: Vec3) -> Vec3 {
+        Vec3::new(self.0[0].dot(x), self.0[1].dot(x), self.0[2].dot(x))
+    }
+}
+
+/// Damps the velocities over `dt` seconds. `fluid.work.flow` holds them with their images, and does after.
+pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
+    let n = fluid.len();
+    let work = &mut fluid.work;
+    let (local, flow): (&[Local], &[Vec4]) = (&work.local, &work.flow);
+    work.gradient.resize(n, Gradient::default());
+    fluid.neighbours.map(&mut work.gradient, |near| {
+        let sum = differences(&near, flow);
+        Gradient(sum.map(|row| -local[near.i].correct(row)))
+    });
+    let d = fluid.settings.spacing;
+    let fall = (fluid.settings.gravity.length() * d).sqrt();
+    let most = EXPLICIT * d * d / dt;
+    let (gradient, place, mirrors) = (&work.gradient, &work.place, &fluid.mirrors);
+    fluid.neighbours.map(&mut work.change, |near| {
+        let i = near.i;
+        let (p, v) = (place[i], flow[i]);
+        let mut sum = Vec4::ZERO;
+        for (j, pair) in near.pairs() {
+            let x = (p - place[j]).truncate();
+            let (source, sign) = mirrors.behind(j, n);
+            let linear = 0.5 * (gradient[i].times(x) + sign * gradient[source].times(sign * x));
+            let rest = (v - flow[j]).truncate() - linear;
+            let viscosity = (STRENGTH * d * (fall + rest.length())).min(most);
+            sum -= (viscosity * pair.w * rest.dot(pair.truncate())) * pair;
+        }
+        (dt * sum.truncate()).extend(0.0)
+    });
+    for (v, change) in work.flow[..n].iter_mut().zip(&work.change) {
+        *v += *change;
+    }
+    fluid.mirrors.extend_vectors(&mut work.flow, n);
+}
