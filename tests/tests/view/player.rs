@@ -331,14 +331,15 @@ fn a_body_is_dragged_and_let_go() {
 #[test]
 fn a_failed_step_leaves_the_last_good_frame_and_says_what_to_do() {
     let folder = Folder::new();
-    let mut driven = Driven::opened(&folder.write("tray.toml", TRAY));
+    // The paper's lattice refuses water that is faster than its own waves.
+    let basin = TRAY.replace("\"wave-equation\"", "\"shallow-water\"\nscheme = \"bgk\"");
+    let mut driven = Driven::opened(&folder.write("tray.toml", &basin));
     let session = driven.player.session.as_mut().unwrap();
     let live = session.live().unwrap();
-    // More water than numbers can tell.
-    live.tell(Command::Act(Action::Drop {
+    live.tell(Command::Act(Action::Push {
         position: Vec2::splat(1.0),
-        radius: 0.3,
-        volume: 3e38,
+        radius: 0.5,
+        velocity: Vec2::new(6.0, 0.0),
     }));
     session.clock.playing = true;
     driven.until("a failure", |p| p.session.as_ref()?.failed.clone());

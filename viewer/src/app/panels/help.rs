@@ -4,10 +4,10 @@ use eframe::egui::{self, RichText};
 
 const KEYS: [(&str, &str); 22] = [
     ("Space", "play or pause"),
-    ("← →", "a frame back or on"),
-    ("Shift ← →", "a second back or on"),
+    ("Left, Right", "a frame back or on"),
+    ("Shift+Left, Right", "a second back or on"),
     ("J K L", "play back, stop, play; again: faster"),
-    ("↑ ↓", "faster, slower"),
+    ("Up, Down", "faster, slower"),
     ("Home, End", "first and last frame; Home begins a live run again"),
     ("R", "record a live run, finish the recording"),
     ("1 to 9", "cameras"),
@@ -22,7 +22,7 @@ const KEYS: [(&str, &str); 22] = [
     ("S", "save the picture"),
     ("O", "open"),
     ("F, T", "full screen; light or dark"),
-    ("Ctrl + −", "larger and smaller letters"),
+    ("Ctrl +, Ctrl -", "larger and smaller letters"),
     ("Ctrl Q", "close; a recording is finished first"),
     ("Esc", "back to turning the camera"),
 ];

@@ -47,7 +47,7 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
     let rows: Vec<&Row> = session.history.rows().collect();
     let now = session.moment.as_ref().map(|moment| moment.frame.time);
     let width = (ui.available_width() / shown.len() as f32 - ui.spacing().item_spacing.x).max(120.0);
-    let height = (ui.available_height() - 4.0).max(60.0);
+    let height = (ui.available_height() - 24.0).max(60.0);
     egui::ScrollArea::horizontal().show(ui, |ui| {
         ui.horizontal(|ui| {
             for (quantity, _) in shown {
@@ -59,28 +59,31 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
                     .allow_drag(false)
                     .allow_zoom(false)
                     .allow_boxed_zoom(false)
-                    .y_axis_min_width(44.0)
-                    .x_axis_label("s")
-                    .y_axis_label(if unit.is_empty() {
-                        quantity.title.to_owned()
-                    } else {
-                        format!("{}, {unit}", quantity.title)
-                    });
+                    .y_axis_min_width(44.0);
                 if quantity.curves.len() > 1 {
                     plot = plot.legend(Legend::default().background_alpha(0.6));
                 }
-                plot.show(ui, |plot| {
-                    for ((name, read), color) in quantity.curves.iter().zip(COLORS) {
-                        plot.line(Line::new(*name, points(&rows, *read)).color(color).width(1.5));
-                    }
-                    if let Some(now) = now {
-                        plot.vline(
-                            VLine::new("", now)
-                                .color(Color32::GRAY)
-                                .width(1.0)
-                                .allow_hover(false),
-                        );
-                    }
+                // Above the plot: along its axis a long name would reach beyond it.
+                let title = if unit.is_empty() {
+                    format!("{} over s", quantity.title)
+                } else {
+                    format!("{} in {unit} over s", quantity.title)
+                };
+                ui.vertical(|ui| {
+                    ui.label(RichText::new(title).small());
+                    plot.show(ui, |plot| {
+                        for ((name, read), color) in quantity.curves.iter().zip(COLORS) {
+                            plot.line(Line::new(*name, points(&rows, *read)).color(color).width(1.5));
+                        }
+                        if let Some(now) = now {
+                            plot.vline(
+                                VLine::new("", now)
+                                    .color(Color32::GRAY)
+                                    .width(1.0)
+                                    .allow_hover(false),
+                            );
+                        }
+                    });
                 });
             }
         });

@@ -58,7 +58,7 @@ fn buttons(ui: &mut egui::Ui, session: &mut Session) {
     if icon(Icon::First, begin, 28.0, true) {
         session.rewind();
     }
-    if !live && icon(Icon::Back, "One frame back (←)", 28.0, true) {
+    if !live && icon(Icon::Back, "One frame back (Left)", 28.0, true) {
         session.step(true);
     }
     let (face, name) = if session.clock.playing {
@@ -69,7 +69,7 @@ fn buttons(ui: &mut egui::Ui, session: &mut Session) {
     if icon(face, name, 44.0, able) {
         session.toggle();
     }
-    if icon(Icon::On, "One frame on (→)", 28.0, able) {
+    if icon(Icon::On, "One frame on (Right)", 28.0, able) {
         session.step(false);
     }
     if !live && icon(Icon::Last, "Last frame (End)", 28.0, true) {
@@ -98,7 +98,7 @@ fn speed(ui: &mut egui::Ui, session: &mut Session) {
         })
         .response
         .labelled_by(name_of_list.id)
-        .on_hover_text("Speed (↑ ↓; J K L play back, stop, play)");
+        .on_hover_text("Speed (Up, Down; J K L play back, stop, play)");
     if chosen != session.clock.speed() {
         session.clock.set_speed(chosen);
     }
