@@ -61,7 +61,7 @@ sleep 2
 key R
 w=${size%x*} h=${size#*x}
 # The tool "Push" is chosen in the panel; then the water is dragged along.
-click $((w - 205)) "${PUSH_Y:-352}"
+click $((w - 205)) "${PUSH_Y:-413}"
 for x in 20 26 32 38 44 50; do
     at $((w * x / 100)) $((h * 55 / 100))
     [ "$x" = 20 ] && xdotool mousedown 1
