@@ -1,5 +1,5 @@
 //! Photon mapping: light is followed from sun and sky through the water to where it falls, and the picture is seen by
-//! the rays of [`whitted`](crate::whitted), which read what fell where.
+//! the rays of [`whitted`], which read what fell where.
 //!
 //! | What | How |
 //! |---|---|

@@ -43,6 +43,7 @@ pub(crate) struct Passes {
 
 impl Passes {
     /// Passes so far.
+    #[cfg(feature = "view")]
     pub(crate) fn count(&self) -> u32 {
         self.count
     }
