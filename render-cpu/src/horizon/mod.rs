@@ -54,13 +54,8 @@ impl Renderer for HorizonRenderer {
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {
-        let settings = whitted::Settings {
-            caustics: false,
-            visual_range: None,
-            ..whitted::Settings::default()
-        };
-        let mut items = whitted::plan::plan(scene, size, &settings);
-        let unknown = ["caustics", "haze", "foam", "droplets", "scattering in the water"];
+        let mut items = whitted::plan::without_caustics(scene, size, None);
+        let unknown = ["haze", "foam", "droplets", "scattering in the water"];
         items.retain(|item| !unknown.contains(&item.name.as_str()));
         items.push(PlanItem {
             name: "vertex normals".to_owned(),

@@ -21,7 +21,7 @@ mod tracer;
 
 use crate::caster::Ray;
 use crate::stage::Stage;
-use crate::stage::pixel::Pixel;
+use crate::stage::pixel::{Pixel, pass_seed};
 use crate::stage::tiles;
 use dome::Dome;
 use glam::{UVec2, Vec3};
@@ -109,13 +109,7 @@ impl Renderer for PathTracer {
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {
-        let settings = crate::whitted::Settings {
-            caustics: false,
-            visual_range: self.settings.visual_range,
-            ..crate::whitted::Settings::default()
-        };
-        let mut items = crate::whitted::plan::plan(scene, size, &settings);
-        items.retain(|item| item.name != "caustics");
+        let mut items = crate::whitted::plan::without_caustics(scene, size, self.settings.visual_range);
         let sun = crate::sky::Sky::new(scene).sun().is_some();
         items.push(PlanItem {
             name: "sun solved for through waves".to_owned(),
@@ -140,8 +134,7 @@ impl Renderer for PathTracer {
         progress: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<RenderReport, RenderError> {
         let mut report = RenderReport::default();
-        // Passes are as unlike as scenes of other seeds.
-        let seed = scene.description.seed ^ u64::from(view.pass).wrapping_mul(0xd134_2543_de82_ef95);
+        let seed = pass_seed(scene, view);
         let settings = &self.settings;
         self.stage.with(scene, frame, view, &mut report, |set, report| {
             let start = Instant::now();

@@ -26,6 +26,7 @@ pub use ledger::Ledger;
 pub use maps::Maps;
 
 use crate::stage::Stage;
+use crate::stage::pixel::pass_seed;
 use crate::whitted::{self, Drawing};
 use glam::UVec2;
 use maps::Order;
@@ -138,11 +139,6 @@ impl PhotonMapper {
     }
 }
 
-/// Passes are as unlike as scenes of other seeds.
-fn pass_seed(scene: &Scene, view: &View) -> u64 {
-    scene.description.seed ^ u64::from(view.pass).wrapping_mul(0xd134_2543_de82_ef95)
-}
-
 impl Renderer for PhotonMapper {
     fn name(&self) -> &'static str {
         Self::NAME
@@ -157,13 +153,7 @@ impl Renderer for PhotonMapper {
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {
-        let eye = whitted::Settings {
-            caustics: false,
-            visual_range: self.settings.visual_range,
-            ..whitted::Settings::default()
-        };
-        let mut items = whitted::plan::plan(scene, size, &eye);
-        items.retain(|item| item.name != "caustics");
+        let mut items = whitted::plan::without_caustics(scene, size, self.settings.visual_range);
         let cells = self.settings.map.unwrap_or(scene.grid).len() as u64;
         let ground = scene.terrain.is_some();
         items.push(PlanItem {

@@ -1,6 +1,13 @@
 //! Where the samples of a pixel lie.
 
+use meniscus_sim::Scene;
+use meniscus_sim::render::View;
 use meniscus_sim::rng::Rng;
+
+/// The seed of a pass: passes are as unlike as scenes of other seeds.
+pub(crate) fn pass_seed(scene: &Scene, view: &View) -> u64 {
+    scene.description.seed ^ u64::from(view.pass).wrapping_mul(0xd134_2543_de82_ef95)
+}
 
 /// The sample points of one pixel.
 pub(crate) struct Pixel {

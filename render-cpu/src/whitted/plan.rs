@@ -21,6 +21,18 @@ fn item(name: &str, active: bool, reason: impl Into<String>, bytes: u64) -> Plan
     }
 }
 
+/// [`plan`] for renderers that cast the same rays and find the sun's light in another way.
+pub(crate) fn without_caustics(scene: &Scene, size: UVec2, visual_range: Option<f32>) -> Vec<PlanItem> {
+    let settings = Settings {
+        caustics: false,
+        visual_range,
+        ..Settings::default()
+    };
+    let mut items = plan(scene, size, &settings);
+    items.retain(|item| item.name != "caustics");
+    items
+}
+
 /// What `whitted` with these settings runs and keeps.
 pub(crate) fn plan(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<PlanItem> {
     let d = &scene.description;
