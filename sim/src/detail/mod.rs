@@ -188,11 +188,13 @@ impl Detailed {
             }
             #[cfg(feature = "ocean")]
             Pattern::Waves { patch, work } => {
-                use crate::ocean::patch::{Field, Group, Plane};
-                let mut work = work.borrow_mut();
-                if let [Plane::One(v)] = patch.synthesise(time, &[Group::One(Field::Elevation)], &mut work) {
-                    tile.heights.copy_from_slice(v);
-                }
+                use crate::ocean::patch::Field::Elevation;
+                let (mut work, heights) = (work.borrow_mut(), &mut tile.heights);
+                patch.turn(time, &[Elevation], &mut work);
+                let rows = patch.lattice().size.y as usize;
+                patch.one(Elevation, &mut work, rows, heights, |row, out| {
+                    out.copy_from_slice(row)
+                });
             }
         }
     }

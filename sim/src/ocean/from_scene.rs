@@ -3,7 +3,7 @@
 use super::foam::Foam;
 use super::lattice::{Draw, Lattice};
 use super::patch::Patch;
-use super::placement::Placement;
+use super::placement::{Placement, Planes};
 use super::sea::WaveField;
 use super::{Cascade, Ocean, TICK};
 use crate::dispersion::{Dispersion, SURFACE_TENSION};
@@ -94,7 +94,11 @@ impl Ocean {
                 }
             })
             .collect();
-        let work = cascades.iter().map(|c| c.patch.work()).collect();
+        let fresh = |cascades: &[Cascade]| {
+            let work = cascades.iter().map(|c| (c.patch.work(), Planes::default()));
+            work.collect()
+        };
+        let work = fresh(&cascades);
         let ocean = Self {
             spec: scene.grid,
             level: scene.description.water.level,
@@ -110,7 +114,11 @@ impl Ocean {
         };
         ocean.warn();
         // What the check of folding needed is not kept.
-        let fresh = ocean.cascades.iter().map(|c| c.patch.work()).collect();
+        let fresh = ocean
+            .cascades
+            .iter()
+            .map(|c| (c.patch.work(), Planes::default()))
+            .collect();
         ocean.work.replace(fresh);
         Ok(ocean)
     }

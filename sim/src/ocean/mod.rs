@@ -31,20 +31,14 @@ use crate::grid::{Grid, GridSpec};
 use crate::solver::{Solver, StepError, StepReport};
 use foam::Foam;
 use glam::{DVec2, UVec2, Vec2};
-use patch::{Field, Group, Patch, Plane, Work};
-use placement::{Placement, Sample};
+use patch::{Field, Patch, Work};
+use placement::{Placement, Planes, Sample};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 use std::cell::RefCell;
 
 /// What to use where the water has to react.
 const REACTING: &str = "put the ocean as a [[layer]] over `wave-equation` or `shallow-water`, which react";
-
-/// The fields of the Jacobian.
-const STRETCH: [Group; 2] = [
-    Group::One(Field::StretchXZ),
-    Group::Two(Field::StretchXX, Field::StretchZZ),
-];
 
 /// An ocean.
 pub struct Ocean {
@@ -61,7 +55,7 @@ pub struct Ocean {
     sea_variance: f64,
     time: f64,
     /// Work space of each cascade; filled when a frame is asked for.
-    work: RefCell<Vec<Work>>,
+    work: RefCell<Vec<(Work, Planes)>>,
     foam: Option<RefCell<Foam>>,
 }
 
@@ -142,43 +136,45 @@ impl Ocean {
         }
     }
 
-    /// The planes of `groups` from every cascade, handed to `take`.
-    fn with_planes<R>(&self, moment: f64, groups: &[Group], take: impl FnOnce(&[&[Plane]]) -> R) -> R {
-        let mut works = self.work.borrow_mut();
-        let planes: Vec<&[Plane]> = self
-            .cascades
-            .iter()
-            .zip(works.iter_mut())
-            .map(|(cascade, work)| cascade.patch.synthesise(moment, groups, work))
-            .collect();
-        take(&planes)
+    /// Turns the waves of every cascade as far as `fields` need it.
+    fn turn(&self, moment: f64, fields: &[Field]) {
+        for (cascade, (work, _)) in self.cascades.iter().zip(&mut *self.work.borrow_mut()) {
+            cascade.patch.turn(moment, fields, work);
+        }
     }
 
-    /// Writes group `at` of the planes, summed over the cascades, to the frame's samples.
-    fn gather<T: Sample, U: Send>(
+    /// Hands each row of the frame's samples of `fields` at the moment of the last [`Self::turn`], summed over the cascades, to
+    /// `write` with its part of `out`.
+    fn sample<T: Sample, U: Send>(
         &self,
-        planes: &[&[Plane]],
-        at: usize,
+        fields: T::Fields,
         out: &mut [U],
         write: impl Fn(&[T], &mut [U]) + Sync,
     ) {
-        let w = self.spec.width();
-        let places: Vec<(&Placement, &[T])> = self
-            .cascades
-            .iter()
-            .zip(planes)
-            .map(|(cascade, planes)| (&cascade.place, T::of(&planes[at])))
+        let (w, h) = (self.spec.width(), self.spec.height());
+        let mut works = self.work.borrow_mut();
+        if let ([cascade], [(work, _)]) = (&self.cascades[..], &mut works[..])
+            && cascade.place.is_direct(w, h)
+        {
+            let write = |row: &[T], out: &mut [U]| write(&row[..w], out);
+            return T::make(fields, &cascade.patch, work, h, out, write);
+        }
+        let cascades = self.cascades.iter().zip(&mut *works);
+        let places: Vec<(&Placement, &[T])> = cascades
+            .map(|(cascade, (work, planes))| {
+                let size = cascade.patch.lattice().size.as_usizevec2();
+                let plane = T::plane(planes);
+                plane.resize(size.element_product(), T::default());
+                T::make(fields, &cascade.patch, work, size.y, plane, |row, out| {
+                    out.copy_from_slice(row);
+                });
+                (&cascade.place, &plane[..])
+            })
             .collect();
         out.par_chunks_mut(w).enumerate().for_each_init(
-            || (Vec::new(), Vec::new()),
+            || (vec![T::default(); w], Vec::new()),
             |(sum, work), (j, out)| {
-                if let [(place, plane)] = places[..]
-                    && let Some(row) = place.direct(plane, j, w)
-                {
-                    return write(row, out);
-                }
-                sum.clear();
-                sum.resize(w, T::default());
+                sum.fill(T::default());
                 for (place, plane) in &places {
                     place.add(plane, j, work, sum);
                 }
@@ -189,15 +185,15 @@ impl Ocean {
 
     /// J at the samples.
     fn jacobian(&self, moment: f64, out: &mut Vec<f32>) {
+        use Field::{StretchXX, StretchXZ, StretchZZ};
         let c = self.choppiness as f32;
         out.resize(self.spec.len(), 1.0);
-        self.with_planes(moment, &STRETCH, |planes| {
-            self.gather(planes, 0, out, |xz: &[f32], out| out.copy_from_slice(xz));
-            self.gather(planes, 1, out, |stretch: &[Complex32], out| {
-                for (out, s) in out.iter_mut().zip(stretch) {
-                    *out = (1.0 + c * s.re) * (1.0 + c * s.im) - c * c * *out * *out;
-                }
-            });
+        self.turn(moment, &[StretchXZ, StretchXX, StretchZZ]);
+        self.sample(StretchXZ, out, |xz: &[f32], out| out.copy_from_slice(xz));
+        self.sample((StretchXX, StretchZZ), out, |stretch: &[Complex32], out| {
+            for (out, s) in out.iter_mut().zip(stretch) {
+                *out = (1.0 + c * s.re) * (1.0 + c * s.im) - c * c * *out * *out;
+            }
         });
     }
 }
@@ -244,33 +240,33 @@ impl Solver for Ocean {
         out.prepare(self.spec, want);
         out.time = self.time;
         let moment = self.moment(self.time);
-        let mut groups = vec![Group::One(Field::Elevation)];
-        if want.contains(Channels::DISPLACEMENT) {
-            groups.push(Group::Two(Field::DisplacementX, Field::DisplacementZ));
-        }
+        let displacement = (Field::DisplacementX, Field::DisplacementZ);
+        let velocity = (Field::VelocityX, Field::VelocityZ);
+        let mut fields = vec![Field::Elevation];
         if want.contains(Channels::VELOCITY) {
-            groups.push(Group::Two(Field::VelocityX, Field::VelocityZ));
+            fields.push(Field::VelocityX);
         }
-        self.with_planes(moment, &groups, |planes| {
-            let level = self.level;
-            self.gather(planes, 0, out.elevation.as_mut_slice(), |row: &[f32], out| {
+        self.turn(moment, &fields);
+        let level = self.level;
+        self.sample(
+            Field::Elevation,
+            out.elevation.as_mut_slice(),
+            |row: &[f32], out| {
                 for (out, v) in out.iter_mut().zip(row) {
                     *out = level + v;
                 }
+            },
+        );
+        let vectors = |grid: &mut Option<Grid<Vec2>>, fields, factor: f32| {
+            let Some(grid) = grid else { return };
+            self.sample(fields, grid.as_mut_slice(), |row: &[Complex32], out| {
+                for (out, v) in out.iter_mut().zip(row) {
+                    *out = factor * Vec2::new(v.re, v.im);
+                }
             });
-            let mut next = 1;
-            let mut vectors = |grid: &mut Option<Grid<Vec2>>, factor: f32| {
-                let Some(grid) = grid else { return };
-                self.gather(planes, next, grid.as_mut_slice(), |row: &[Complex32], out| {
-                    for (out, v) in out.iter_mut().zip(row) {
-                        *out = factor * Vec2::new(v.re, v.im);
-                    }
-                });
-                next += 1;
-            };
-            vectors(&mut out.displacement, self.choppiness as f32);
-            vectors(&mut out.velocity, 1.0);
-        });
+        };
+        vectors(&mut out.displacement, displacement, self.choppiness as f32);
+        vectors(&mut out.velocity, velocity, 1.0);
         if let (Some(grid), Some(foam)) = (&mut out.foam, &self.foam) {
             let period = self.loop_ticks.map(|ticks| ticks as f64 * TICK);
             let time = period.map_or(self.time, |period| moment * period);
@@ -322,7 +318,9 @@ impl Solver for Ocean {
             .iter()
             .map(|c| c.patch.bytes() + c.place.bytes())
             .sum();
-        let work: u64 = self.work.borrow().iter().map(Work::bytes).sum();
+        let work: u64 = (self.work.borrow().iter())
+            .map(|(work, planes)| work.bytes() + planes.bytes())
+            .sum();
         let ground = self.ground.as_ref().map_or(0, |g| 4 * g.spec().len() as u64);
         cascades + work + ground + self.foam.as_ref().map_or(0, |f| f.borrow().bytes())
     }

@@ -1,7 +1,7 @@
 //! Fields of one periodic patch at a time: only those that are asked for are transformed.
 
 use super::lattice::{Lattice, sin_cos_turns, wave_number};
-use super::transform::Transform;
+use super::transform::{Transform, vectorised};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 
@@ -60,51 +60,6 @@ impl Field {
     }
 }
 
-/// What one transform makes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Group {
-    /// One field by a real transform.
-    One(Field),
-    /// Two fields by one complex transform.
-    Two(Field, Field),
-}
-
-impl Group {
-    /// Groups for a list of fields, two at a time.
-    pub fn pack(fields: &[Field]) -> Vec<Self> {
-        let group = |fields: &[Field]| match *fields {
-            [a, b] => Self::Two(a, b),
-            _ => Self::One(fields[0]),
-        };
-        fields.chunks(2).map(group).collect()
-    }
-
-    fn any(self, f: impl Fn(Field) -> bool) -> bool {
-        match self {
-            Self::One(a) => f(a),
-            Self::Two(a, b) => f(a) || f(b),
-        }
-    }
-}
-
-/// Samples that a [`Group`] became, row-major with x fastest.
-#[derive(Clone, Debug)]
-pub enum Plane {
-    /// Of one field.
-    One(Vec<f32>),
-    /// Of two fields: real and imaginary parts.
-    Two(Vec<Complex32>),
-}
-
-impl Plane {
-    fn bytes(&self) -> u64 {
-        match self {
-            Self::One(v) => 4 * v.capacity() as u64,
-            Self::Two(v) => 8 * v.capacity() as u64,
-        }
-    }
-}
-
 /// A lattice of waves with what does not change from one time to the next.
 #[derive(Debug)]
 pub struct Patch {
@@ -114,27 +69,19 @@ pub struct Patch {
     per_k: Vec<f32>,
 }
 
-/// Work space of a patch: transforms, spectra at the present time, samples.
+/// Work space of a patch: transforms and spectra at one time.
 #[derive(Debug)]
 pub struct Work {
     transform: Transform,
     waves: Vec<Complex32>,
     rates: Vec<Complex32>,
-    planes: Vec<Plane>,
 }
 
 impl Work {
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        let planes: u64 = self.planes.iter().map(Plane::bytes).sum();
-        self.transform.bytes() + planes + 8 * (self.waves.capacity() + self.rates.capacity()) as u64
+        self.transform.bytes() + 8 * (self.waves.capacity() + self.rates.capacity()) as u64
     }
-}
-
-/// Runs a loop with the widest vectors of the machine.
-#[inline(always)]
-fn vectorised<R>(f: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(f)
 }
 
 impl Patch {
@@ -167,7 +114,6 @@ impl Patch {
             transform: Transform::new(self.lattice.size),
             waves: Vec::new(),
             rates: Vec::new(),
-            planes: Vec::new(),
         }
     }
 
@@ -176,63 +122,60 @@ impl Patch {
         self.lattice.bytes() + 4 * (self.kz.len() + self.per_k.len()) as u64
     }
 
-    /// Computes `groups` of fields at `time`, in seconds for free waves and as the fraction of the loop (0 to 1) for
-    /// looping ones. The planes are in the order of the groups.
-    pub fn synthesise<'a>(&self, time: f64, groups: &[Group], work: &'a mut Work) -> &'a [Plane] {
-        let (w, h) = (self.lattice.size.x as usize, self.lattice.size.y as usize);
-        let active = self.lattice.active_rows;
-        let needs_waves = groups.iter().any(|g| g.any(|f| !f.is_rate()));
-        let needs_rates = groups.iter().any(|g| g.any(Field::is_rate));
-        self.turn(time, needs_waves, needs_rates, work);
-        let Work {
-            transform,
-            waves,
-            rates,
-            planes,
-        } = work;
-        let row = |field: Field, m: usize| {
-            let source: &[Complex32] = if field.is_rate() { rates } else { waves };
-            &source[m * h..(m + 1) * h]
+    /// Samples of one field at the time of the last [`Self::turn`], by a real transform. Its first `rows` rows, x fastest,
+    /// go to `write` with their part of `out`.
+    pub fn one<U: Send>(
+        &self,
+        field: Field,
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[f32], &mut [U]) + Sync,
+    ) {
+        let (row, work) = self.rows(work);
+        let fill = |m: usize, out: &mut [Complex32]| vectorised(|| row.of(field, m, out));
+        work.real(self.lattice.active_rows, fill, rows, out, write);
+    }
+
+    /// Samples of two fields at the time of the last [`Self::turn`] by one complex transform, as real and imaginary parts.
+    /// The first `rows` rows, x fastest, go to `write` with their part of `out`.
+    pub fn two<U: Send>(
+        &self,
+        (a, b): (Field, Field),
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Complex32], &mut [U]) + Sync,
+    ) {
+        let (row, work) = self.rows(work);
+        let fill = |m: usize, first: &mut [Complex32], second: &mut [Complex32]| {
+            vectorised(|| {
+                row.of(a, m, first);
+                row.of(b, m, second);
+            });
         };
-        let kx = |m: usize| wave_number(m, w, self.lattice.period.x) as f32;
-        let per_k = |m: usize| &self.per_k[m * h..(m + 1) * h];
-        planes.truncate(groups.len());
-        for (at, group) in groups.iter().enumerate() {
-            let old = if at < planes.len() {
-                std::mem::replace(&mut planes[at], Plane::One(Vec::new()))
-            } else {
-                planes.push(Plane::One(Vec::new()));
-                Plane::One(Vec::new())
-            };
-            planes[at] = match *group {
-                Group::One(field) => {
-                    let mut out = if let Plane::One(v) = old { v } else { Vec::new() };
-                    let fill = |m: usize, out: &mut [Complex32]| {
-                        let (from, kx, per_k) = (row(field, m), kx(m), per_k(m));
-                        vectorised(|| multiply(field, from, kx, &self.kz, per_k, out));
-                    };
-                    transform.real(active, fill, &mut out);
-                    Plane::One(out)
-                }
-                Group::Two(a, b) => {
-                    let mut out = if let Plane::Two(v) = old { v } else { Vec::new() };
-                    let fill = |m: usize, first: &mut [Complex32], second: &mut [Complex32]| {
-                        let (from_a, from_b, kx, per_k) = (row(a, m), row(b, m), kx(m), per_k(m));
-                        vectorised(|| {
-                            multiply(a, from_a, kx, &self.kz, per_k, first);
-                            multiply(b, from_b, kx, &self.kz, per_k, second);
-                        });
-                    };
-                    transform.pair(active, fill, &mut out);
-                    Plane::Two(out)
-                }
-            };
-        }
-        planes
+        work.pair(self.lattice.active_rows, fill, rows, out, write);
+    }
+
+    fn rows<'a>(&'a self, work: &'a mut Work) -> (Rows<'a>, &'a mut Transform) {
+        let rows = Rows {
+            patch: self,
+            waves: &work.waves,
+            rates: &work.rates,
+        };
+        (rows, &mut work.transform)
+    }
+
+    /// Turns the waves to `time`, in seconds for free waves and as the fraction of the loop (0 to 1) for looping ones, as far
+    /// as `fields` need it.
+    pub fn turn(&self, time: f64, fields: &[Field], work: &mut Work) {
+        let needs_waves = fields.iter().any(|f| !f.is_rate());
+        let needs_rates = fields.iter().any(|f| f.is_rate());
+        self.turn_rows(time, needs_waves, needs_rates, work);
     }
 
     /// ĥ and ∂ĥ/∂t at `time`, for the rows that hold waves.
-    fn turn(&self, time: f64, needs_waves: bool, needs_rates: bool, work: &mut Work) {
+    fn turn_rows(&self, time: f64, needs_waves: bool, needs_rates: bool, work: &mut Work) {
         let l = &self.lattice;
         let h = l.size.y as usize;
         let rows = l.active_rows.max(1);
@@ -256,6 +199,32 @@ impl Patch {
         jobs.into_par_iter().for_each_init(
             || Turns::new(h),
             |turn, (m, waves, rates)| vectorised(|| turn_row(l, m, time, waves, rates, turn)),
+        );
+    }
+}
+
+/// Rows of the spectra of fields at one time.
+struct Rows<'a> {
+    patch: &'a Patch,
+    waves: &'a [Complex32],
+    rates: &'a [Complex32],
+}
+
+impl Rows<'_> {
+    /// Row `m` of a field.
+    #[inline(always)]
+    fn of(&self, field: Field, m: usize, out: &mut [Complex32]) {
+        let lattice = &self.patch.lattice;
+        let row = m * out.len()..(m + 1) * out.len();
+        let from = if field.is_rate() { self.rates } else { self.waves };
+        let kx = wave_number(m, lattice.size.x as usize, lattice.period.x) as f32;
+        multiply(
+            field,
+            &from[row.clone()],
+            kx,
+            &self.patch.kz,
+            &self.patch.per_k[row],
+            out,
         );
     }
 }
@@ -388,17 +357,36 @@ mod tests {
         Patch::new(Lattice::new(&sea(depth), &draw), depth.unwrap_or(f64::INFINITY))
     }
 
-    /// The samples of each field at a time.
-    fn samples(patch: &Patch, time: f64, groups: &[Group]) -> Vec<Vec<f32>> {
+    /// The samples of two fields at the time of the last turn.
+    fn pair(patch: &Patch, fields: (Field, Field), work: &mut Work) -> Vec<Complex32> {
+        let size = patch.lattice.size.as_usizevec2();
+        let mut out = vec![Complex32::default(); size.element_product()];
+        patch.two(fields, work, size.y, &mut out, |row, out| {
+            out.copy_from_slice(row)
+        });
+        out
+    }
+
+    /// The samples of one field at the time of the last turn.
+    fn single(patch: &Patch, field: Field, work: &mut Work) -> Vec<f32> {
+        let size = patch.lattice.size.as_usizevec2();
+        let mut out = vec![0.0; size.element_product()];
+        patch.one(field, work, size.y, &mut out, |row, out| out.copy_from_slice(row));
+        out
+    }
+
+    /// The samples of every field at a time, two to a transform.
+    fn samples(patch: &Patch, time: f64) -> Vec<Vec<f32>> {
         let mut work = patch.work();
+        patch.turn(time, &ALL, &mut work);
         let mut out = Vec::new();
-        for plane in patch.synthesise(time, groups, &mut work) {
-            match plane {
-                Plane::One(v) => out.push(v.clone()),
-                Plane::Two(v) => {
-                    out.push(v.iter().map(|c| c.re).collect());
-                    out.push(v.iter().map(|c| c.im).collect());
-                }
+        for fields in ALL.chunks(2) {
+            if let [a, b] = *fields {
+                let both = pair(patch, (a, b), &mut work);
+                out.push(both.iter().map(|c| c.re).collect());
+                out.push(both.iter().map(|c| c.im).collect());
+            } else {
+                out.push(single(patch, fields[0], &mut work));
             }
         }
         out
@@ -475,7 +463,7 @@ mod tests {
         ] {
             let patch = patch(size, depth);
             let time = 1e5 + 0.37;
-            let out = samples(&patch, time, &Group::pack(&ALL));
+            let out = samples(&patch, time);
             let mut scale = [0.0_f64; 11];
             let mut worst = [0.0_f64; 11];
             for (i, j) in [(0, 0), (3, 1), (7, 8), (14, 5), (9, 7), (1, 3)] {
@@ -502,35 +490,25 @@ mod tests {
     fn a_field_is_the_same_alone_and_packed_and_nothing_is_left_over() {
         let patch = patch(UVec2::new(64, 64), None);
         let (a, b) = (Field::DisplacementX, Field::SlopeZ);
-        let pair = samples(&patch, 12.5, &[Group::Two(a, b)]);
-        for (field, packed) in [a, b].into_iter().zip(&pair) {
-            let alone = &samples(&patch, 12.5, &[Group::One(field)])[0];
+        let mut work = patch.work();
+        patch.turn(12.5, &ALL, &mut work);
+        let both = pair(&patch, (a, b), &mut work);
+        let parts: [fn(&Complex32) -> f32; 2] = [|c| c.re, |c| c.im];
+        for (field, part) in [a, b].into_iter().zip(parts) {
+            let alone = single(&patch, field, &mut work);
             let scale = alone.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-            for (a, b) in alone.iter().zip(packed) {
-                assert!((a - b).abs() < 2e-6 * scale);
+            for (alone, packed) in alone.iter().zip(both.iter().map(part)) {
+                assert!((alone - packed).abs() < 2e-6 * scale);
             }
             // Beside a field of zeros, what arrives there is the imaginary residue of the transform.
-            let mut work = patch.work();
-            patch.turn(12.5, true, true, &mut work);
-            let mut out = Vec::new();
-            let (row, waves) = (64, work.waves.clone());
-            let kx = |m: usize| wave_number(m, 64, 200.0) as f32;
-            work.transform.pair(
-                patch.lattice.active_rows,
-                |m, first, second| {
-                    let range = m * row..(m + 1) * row;
-                    multiply(
-                        field,
-                        &waves[range.clone()],
-                        kx(m),
-                        &patch.kz,
-                        &patch.per_k[range],
-                        first,
-                    );
-                    second.fill(Complex32::default());
-                },
-                &mut out,
-            );
+            let mut out = vec![Complex32::default(); 64 * 64];
+            let (rows, transform) = patch.rows(&mut work);
+            let fill = |m: usize, first: &mut [Complex32], second: &mut [Complex32]| {
+                rows.of(field, m, first);
+                second.fill(Complex32::default());
+            };
+            let active = patch.lattice.active_rows;
+            transform.pair(active, fill, 64, &mut out, |row, out| out.copy_from_slice(row));
             let residue = out.iter().fold(0.0_f32, |m, v| m.max(v.im.abs()));
             assert!(residue < 1e-6 * scale, "{residue} of {scale}");
         }
@@ -544,7 +522,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| samples(&patch, 7.25, &Group::pack(&ALL)))
+            pool.install(|| samples(&patch, 7.25))
         };
         assert_eq!(run(1), run(3));
     }

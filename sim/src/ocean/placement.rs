@@ -1,34 +1,80 @@
 //! From the samples of a patch to those of a frame, which it tiles.
 
-use super::patch::Plane;
+use super::patch::{Field, Patch, Work};
 use crate::grid::GridSpec;
 use glam::{DVec2, UVec2};
 use rustfft::num_complex::Complex32;
 use std::ops::{Add, Mul};
 
-/// A value that planes hold.
+/// A sample of one field, or of two that share a transform.
 pub(super) trait Sample:
     Copy + Default + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
-    /// The samples of a plane of this type; none of a plane of the other.
-    fn of(plane: &Plane) -> &[Self];
+    /// What it is of.
+    type Fields: Copy;
+
+    /// The first `rows` rows of samples of a patch, each handed to `write` with its part of `out`.
+    fn make<U: Send>(
+        fields: Self::Fields,
+        patch: &Patch,
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Self], &mut [U]) + Sync,
+    );
+
+    /// Where samples of a patch wait to be placed.
+    fn plane(planes: &mut Planes) -> &mut Vec<Self>;
+}
+
+/// Samples of a patch that do not stand where the frame's do.
+#[derive(Debug, Default)]
+pub(super) struct Planes {
+    one: Vec<f32>,
+    two: Vec<Complex32>,
+}
+
+impl Planes {
+    pub(super) fn bytes(&self) -> u64 {
+        (4 * self.one.capacity() + 8 * self.two.capacity()) as u64
+    }
 }
 
 impl Sample for f32 {
-    fn of(plane: &Plane) -> &[Self] {
-        match plane {
-            Plane::One(v) => v,
-            Plane::Two(_) => &[],
-        }
+    type Fields = Field;
+
+    fn make<U: Send>(
+        field: Field,
+        patch: &Patch,
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Self], &mut [U]) + Sync,
+    ) {
+        patch.one(field, work, rows, out, write);
+    }
+
+    fn plane(planes: &mut Planes) -> &mut Vec<Self> {
+        &mut planes.one
     }
 }
 
 impl Sample for Complex32 {
-    fn of(plane: &Plane) -> &[Self] {
-        match plane {
-            Plane::One(_) => &[],
-            Plane::Two(v) => v,
-        }
+    type Fields = (Field, Field);
+
+    fn make<U: Send>(
+        fields: (Field, Field),
+        patch: &Patch,
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Self], &mut [U]) + Sync,
+    ) {
+        patch.two(fields, work, rows, out, write);
+    }
+
+    fn plane(planes: &mut Planes) -> &mut Vec<Self> {
+        &mut planes.two
     }
 }
 
@@ -89,14 +135,11 @@ impl Placement {
         }
     }
 
-    /// Row `j` of the frame where it is a row of the patch as it stands.
-    pub(super) fn direct<'a, T>(&self, plane: &'a [T], j: usize, width: usize) -> Option<&'a [T]> {
+    /// Whether the samples of a frame of `width` by `height` are the first rows and columns of the patch as they stand.
+    pub(super) fn is_direct(&self, width: usize, height: usize) -> bool {
         match self {
-            Self::Same { size } if size.x as usize >= width => {
-                let start = (j % size.y as usize) * size.x as usize;
-                plane.get(start..start + width)
-            }
-            _ => None,
+            Self::Same { size } => size.x as usize >= width && size.y as usize >= height,
+            Self::Between { .. } => false,
         }
     }
 

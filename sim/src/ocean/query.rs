@@ -91,7 +91,7 @@ pub(super) fn displaced_to(x: DVec2, choppiness: f64, close: f64, sums: impl Fn(
 
 impl Patch {
     /// Adds this patch's waves at `x` (metres from the patch's first sample) and `time` (as in
-    /// [`Patch::synthesise`]), summed in double precision.
+    /// [`Patch::turn`]), summed in double precision.
     fn add_exact(&self, x: DVec2, time: f64, sums: &mut Sums, depth: f64) {
         let l = self.lattice();
         let (w, h) = (l.size.x as usize, l.size.y as usize);

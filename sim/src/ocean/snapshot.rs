@@ -7,7 +7,7 @@
 
 use super::Ocean;
 use super::lattice::{Lattice, wave_number};
-use super::patch::{Field, Group, Patch, Plane, Work};
+use super::patch::{Field, Patch, Work};
 use super::query::{Sums, SurfacePoint, displaced_to};
 use glam::{DVec2, UVec2};
 use rustfft::num_complex::Complex32;
@@ -100,23 +100,27 @@ impl Ocean {
 impl Sampler {
     /// The sea at `time`. `ocean` is the one that this was made by.
     pub fn snapshot(&mut self, ocean: &Ocean, time: f64) -> Snapshot {
-        const GROUPS: [Group; 3] = [
-            Group::Two(Field::Elevation, Field::Rise),
-            Group::Two(Field::DisplacementX, Field::DisplacementZ),
-            Group::Two(Field::VelocityX, Field::VelocityZ),
+        const FIELDS: [(Field, Field); 3] = [
+            (Field::Elevation, Field::Rise),
+            (Field::DisplacementX, Field::DisplacementZ),
+            (Field::VelocityX, Field::VelocityZ),
         ];
         let moment = ocean.moment(time);
         let patches = self.patches.iter_mut().map(|(patch, work)| {
-            let planes = patch.synthesise(moment, &GROUPS, work);
-            let plane = |at: usize| match &planes[at] {
-                Plane::Two(v) => v.clone(),
-                Plane::One(_) => Vec::new(),
-            };
+            patch.turn(moment, &[Field::Elevation, Field::Rise], work);
             let lattice = patch.lattice();
+            let size = lattice.size.as_usizevec2();
+            let planes = FIELDS.map(|fields| {
+                let mut plane = vec![Complex32::default(); size.element_product()];
+                patch.two(fields, work, size.y, &mut plane, |row, out| {
+                    out.copy_from_slice(row);
+                });
+                plane
+            });
             SampledPatch {
                 size: lattice.size,
                 scale: lattice.size.as_dvec2() / lattice.period,
-                planes: [plane(0), plane(1), plane(2)],
+                planes,
             }
         });
         Snapshot {

@@ -1,7 +1,7 @@
 //! Whole oceans against theory: heights, spectra and periods of frames, loops, queries, foam, extremes.
 
 use super::lattice::{Cells, Draw, Lattice};
-use super::patch::{Field, Group, Patch, Plane};
+use super::patch::{Field, Patch};
 use super::sea::WaveField;
 use super::*;
 use crate::Scene;
@@ -87,7 +87,7 @@ fn spreadings() -> [Spreading; 5] {
 #[test]
 fn the_significant_wave_height_is_that_of_the_spectrum_for_every_spectrum_and_spreading() {
     const SEEDS: u64 = 40;
-    let group = [Group::One(Field::Elevation)];
+    let mut plane = Vec::new();
     for spectrum in spectra() {
         for spreading in spreadings() {
             let dispersion = if matches!(spectrum, Spectrum::Tma { .. }) {
@@ -122,9 +122,12 @@ fn the_significant_wave_height_is_that_of_the_spectrum_for_every_spectrum_and_sp
                     expected += lattice.variance / SEEDS as f64;
                     let patch = Patch::new(lattice, dispersion.depth);
                     let mut work = patch.work();
-                    let [Plane::One(plane)] = patch.synthesise(3.0, &group, &mut work) else {
-                        panic!("one plane")
-                    };
+                    let size = patch.lattice().size.as_usizevec2();
+                    plane.resize(size.element_product(), 0.0);
+                    patch.turn(3.0, &[Field::Elevation], &mut work);
+                    patch.one(Field::Elevation, &mut work, size.y, &mut plane, |row, out| {
+                        out.copy_from_slice(row);
+                    });
                     let square: f64 = plane.iter().map(|v| f64::from(*v).powi(2)).sum();
                     measured += square / (plane.len() as f64 * SEEDS as f64);
                 }
@@ -284,12 +287,11 @@ fn a_loop_closes_bit_for_bit_on_the_clock_of_a_live_run() {
     assert!(first[0] != first[180]);
 }
 
-/// Values of a group at all samples.
+/// Values of a field at all samples.
 fn plane(ocean: &Ocean, time: f64, field: Field) -> Vec<f32> {
     let mut out = vec![0.0; ocean.spec.len()];
-    ocean.with_planes(ocean.moment(time), &[Group::One(field)], |planes| {
-        ocean.gather(planes, 0, &mut out, |row: &[f32], out| out.copy_from_slice(row));
-    });
+    ocean.turn(ocean.moment(time), &[field]);
+    ocean.sample(field, &mut out, |row: &[f32], out| out.copy_from_slice(row));
     out
 }
 

@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use meniscus_sim::dispersion::Dispersion;
 use meniscus_sim::glam::{DVec2, UVec2};
 use meniscus_sim::ocean::lattice::{Cells, Draw, Lattice};
-use meniscus_sim::ocean::patch::{Field, Group, Patch, Plane};
+use meniscus_sim::ocean::patch::{Field, Patch};
 use meniscus_sim::ocean::sea::WaveField;
 use meniscus_sim::ocean::transform::Transform;
 use meniscus_sim::ocean::{Ocean, Sampling};
@@ -202,7 +202,7 @@ fn forty_draws(spectrum: Spectrum, spreading: Spreading, probe: &mut Probe) -> a
     let periods = [24.0, 3.0, 0.6].map(|p| p * wave);
     let split = [1, 2].map(|k: usize| 8.0 * TAU / periods[k]);
     let bands = [(0.0, split[0]), (split[0], split[1]), (split[1], f64::INFINITY)];
-    let mut variance = 0.0;
+    let (mut variance, mut heights) = (0.0, Vec::new());
     for (number, (period, band)) in periods.into_iter().zip(bands).enumerate() {
         let mut draw = Draw {
             period: DVec2::splat(period),
@@ -217,12 +217,16 @@ fn forty_draws(spectrum: Spectrum, spreading: Spreading, probe: &mut Probe) -> a
             draw.seed = seed;
             let patch = Patch::new(Lattice::from_cells(&cells, &dispersion, &draw), dispersion.depth);
             let mut work = patch.work();
-            let group = [Group::One(Field::Elevation)];
-            let planes = probe.time(|| patch.synthesise(3.0, &group, &mut work));
-            if let [Plane::One(v)] = planes {
-                let square: f64 = v.iter().map(|v| f64::from(*v).powi(2)).sum();
-                variance += square / (v.len() as f64 * SEEDS as f64);
-            }
+            let size = draw.size.as_usizevec2();
+            heights.resize(size.element_product(), 0.0);
+            probe.time(|| {
+                patch.turn(3.0, &[Field::Elevation], &mut work);
+                patch.one(Field::Elevation, &mut work, size.y, &mut heights, |row, out| {
+                    out.copy_from_slice(row);
+                });
+            });
+            let square: f64 = heights.iter().map(|v| f64::from(*v).powi(2)).sum();
+            variance += square / (heights.len() as f64 * SEEDS as f64);
         }
     }
     Ok(Outcome::of(
@@ -274,11 +278,11 @@ fn points(quick: bool) -> Case {
 }
 
 /// The eight fields of a choppy, lit, foaming sea.
-const EIGHT: [Group; 4] = [
-    Group::Two(Field::Elevation, Field::StretchXZ),
-    Group::Two(Field::DisplacementX, Field::DisplacementZ),
-    Group::Two(Field::SlopeX, Field::SlopeZ),
-    Group::Two(Field::StretchXX, Field::StretchZZ),
+const EIGHT: [(Field, Field); 4] = [
+    (Field::Elevation, Field::StretchXZ),
+    (Field::DisplacementX, Field::DisplacementZ),
+    (Field::SlopeX, Field::SlopeZ),
+    (Field::StretchXX, Field::StretchZZ),
 ];
 
 fn costs(quick: bool) -> Case {
@@ -345,15 +349,21 @@ fn costs(quick: bool) -> Case {
             let lattice = Lattice::new(&WaveField::new(&[sea], Dispersion::new(None)), &draw);
             let patch = Patch::new(lattice, f64::INFINITY);
             let mut work = patch.work();
-            patch.synthesise(0.0, &EIGHT, &mut work);
-            let (pool, work) = (one_thread()?, &mut work);
-            probe.time(|| {
-                pool.install(move || {
-                    for k in 0..FRAMES {
-                        patch.synthesise(0.04 * f64::from(k), &EIGHT, work);
-                    }
-                });
-            });
+            let mut out = EIGHT.map(|_| vec![[0.0; 2]; (samples * samples) as usize]);
+            let mut frame = move |k: u32| {
+                patch.turn(0.04 * f64::from(k), &[Field::Elevation], &mut work);
+                for (fields, out) in EIGHT.into_iter().zip(&mut out) {
+                    let rows = samples as usize;
+                    patch.two(fields, &mut work, rows, out, |row, out| {
+                        for (out, value) in out.iter_mut().zip(row) {
+                            *out = [value.re, value.im];
+                        }
+                    });
+                }
+            };
+            frame(0);
+            let pool = one_thread()?;
+            probe.time(|| pool.install(move || (0..FRAMES).for_each(frame)));
             Ok(Outcome::of(POINT, 0.0))
         }));
     }
