@@ -7,14 +7,22 @@ use rayon::prelude::*;
 const CELLS_A_PARTICLE: usize = 16;
 const FEWEST: usize = 1 << 16;
 
-/// Cells as wide as the kernel's support, numbered along X, then Z, then Y: a particle's 27 cells are 9 runs of memory.
+/// Parts of a cell along X: runs end close to what is within reach, and cost no more for it.
+const PARTS: f32 = 4.0;
+/// Share of a cell by which its sides may be off, from rounding.
+const ROUNDING: f32 = 1e-3;
+
+/// Cells as wide as the kernel's support, a quarter of it along X, numbered along X, then Z, then Y: what is within reach of
+/// a particle lies in 9 runs of memory at most.
 ///
 /// Particles outside the box of cells count to the nearest one. Two particles within one support are still in
 /// neighbouring cells then, so nothing is missed.
 #[derive(Debug, Default)]
 pub(crate) struct Cells {
     low: Vec3,
-    inverse: f32,
+    width: f32,
+    /// Cells a metre.
+    inverse: Vec3,
     size: UVec3,
     /// First particle of each cell, and their number at the end.
     start: Vec<u32>,
@@ -30,7 +38,8 @@ impl Cells {
         let n = positions.len();
         let (low, high) = bounds(positions);
         self.low = low;
-        self.inverse = 1.0 / width;
+        self.width = width;
+        self.inverse = Vec3::new(PARTS, 1.0, 1.0) / width;
         let most = (CELLS_A_PARTICLE * n + FEWEST) as f64;
         let mut size = ((high - low) * self.inverse).floor().as_dvec3() + 1.0;
         // A few particles far away must not cost memory: axes are cut, the longest first.
@@ -96,21 +105,24 @@ impl Cells {
         std::mem::swap(values, spare);
     }
 
-    /// Calls `run` with every range of particles whose cells touch that of `p`, in order.
+    /// Calls `run` with ranges of particles, in order, that hold all within a width of `p`.
     #[inline]
     pub(crate) fn runs_around(&self, p: Vec3, mut run: impl FnMut(std::ops::Range<usize>)) {
         let c = coordinates(p, self.low, self.inverse, self.size);
-        let first = UVec3::new(
-            c.x.saturating_sub(1),
-            c.y.saturating_sub(1),
-            c.z.saturating_sub(1),
-        );
-        let last = (c + 1).min(self.size - 1);
-        for y in first.y..=last.y {
-            for z in first.z..=last.z {
+        let column = |x: f32| (((x - self.low.x) * self.inverse.x) as u32).min(self.size.x - 1);
+        let rows = |c: u32, size: u32| c.saturating_sub(1)..=(c + 1).min(size - 1);
+        for y in rows(c.y, self.size.y) {
+            let dy = self.gap(p.y - self.low.y, y, c.y);
+            for z in rows(c.z, self.size.z) {
+                let dz = self.gap(p.z - self.low.z, z, c.z);
+                let left = self.width * self.width - dy * dy - dz * dz;
+                if left < 0.0 {
+                    continue;
+                }
+                let half = left.sqrt() + ROUNDING * self.width;
                 let row = (y * self.size.z + z) * self.size.x;
-                let from = self.start[(row + first.x) as usize];
-                let to = self.start[(row + last.x + 1) as usize];
+                let from = self.start[(row + column(p.x - half)) as usize];
+                let to = self.start[(row + column(p.x + half) + 1) as usize];
                 if from < to {
                     run(from as usize..to as usize);
                 }
@@ -118,12 +130,23 @@ impl Cells {
         }
     }
 
+    /// Distance of row `k` from what stands `x` from the first one's side, in row `own`. The outermost rows go on for ever.
+    #[inline]
+    fn gap(&self, x: f32, k: u32, own: u32) -> f32 {
+        let gap = match k.cmp(&own) {
+            std::cmp::Ordering::Less => x - self.width * (k + 1) as f32,
+            std::cmp::Ordering::Equal => 0.0,
+            std::cmp::Ordering::Greater => self.width * k as f32 - x,
+        };
+        (gap - ROUNDING * self.width).max(0.0)
+    }
+
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.start.capacity() + self.cell.capacity() + self.order.capacity())
     }
 }
 
-fn coordinates(p: Vec3, low: Vec3, inverse: f32, size: UVec3) -> UVec3 {
+fn coordinates(p: Vec3, low: Vec3, inverse: Vec3, size: UVec3) -> UVec3 {
     // Conversion to unsigned saturates at 0.
     ((p - low) * inverse).as_uvec3().min(size - 1)
 }

@@ -60,9 +60,10 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     });
     let (mirrors, n) = (&fluid.mirrors, work.local.len());
     let local = &work.local;
-    fluid.neighbours.pair_with(|j, g| {
+    fluid.neighbours.pair_with(|i, j, g| {
         let (source, sign) = mirrors.behind(j, n);
-        (sign * local[source].correct((sign * g.truncate()).extend(0.0))).extend(0.0)
+        let other = sign * local[source].correct((sign * g.truncate()).extend(0.0));
+        [local[i].correct(g).extend(0.0), other.extend(0.0)]
     });
     let least = LEAST_DIAGONAL / (d * d);
     fluid.neighbours.map(&mut work.inverse, |near| {

@@ -17,6 +17,7 @@ struct Block {
     start: Vec<u32>,
     index: Vec<u32>,
     pair: Vec<Vec4>,
+    own: Vec<Vec4>,
     other: Vec<Vec4>,
     /// Candidates of one particle that are within the support.
     near: Vec<u32>,
@@ -40,7 +41,8 @@ pub(crate) struct Near<'a> {
     pub(crate) index: &'a [u32],
     /// Four values of each pair.
     pub(crate) pair: &'a [Vec4],
-    /// The vector that [`Neighbours::pair_with`] gave each pair.
+    /// The vectors that [`Neighbours::pair_with`] gave each pair.
+    pub(crate) own: &'a [Vec4],
     pub(crate) other: &'a [Vec4],
 }
 
@@ -52,6 +54,23 @@ impl Near<'_> {
             .iter()
             .map(|&j| j as usize)
             .zip(self.pair.iter().copied())
+    }
+
+    /// Σ `f(neighbour, vector)` over `vectors`, one a pair: even and odd ones apart, so that an addition need not wait for
+    /// the one before.
+    #[inline]
+    pub(crate) fn sum(&self, vectors: &[Vec4], f: impl Fn(usize, Vec4) -> Vec4) -> Vec4 {
+        let (mut even, mut odd) = (Vec4::ZERO, Vec4::ZERO);
+        let (twos, one) = self.index.as_chunks::<2>();
+        let (pairs, last) = vectors.as_chunks::<2>();
+        for (j, g) in twos.iter().zip(pairs) {
+            even += f(j[0] as usize, g[0]);
+            odd += f(j[1] as usize, g[1]);
+        }
+        if let (Some(&j), Some(&g)) = (one.first(), last.first()) {
+            even += f(j as usize, g);
+        }
+        even + odd
     }
 }
 
@@ -76,6 +95,7 @@ impl Neighbours {
             block.start.clear();
             block.index.clear();
             block.pair.clear();
+            block.own.clear();
             block.other.clear();
             block.start.push(0);
             for i in b * BLOCK..end {
@@ -97,12 +117,19 @@ impl Neighbours {
         });
     }
 
-    /// Gives each pair a vector, `f(neighbour, pair)`.
-    pub(crate) fn pair_with(&mut self, f: impl Fn(usize, Vec4) -> Vec4 + Sync) {
-        self.blocks.par_iter_mut().for_each(|block| {
-            let pairs = block.index.iter().zip(&block.pair);
+    /// Gives each pair two vectors more, `f(particle, neighbour, pair)`.
+    pub(crate) fn pair_with(&mut self, f: impl Fn(usize, usize, Vec4) -> [Vec4; 2] + Sync) {
+        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
+            block.own.clear();
             block.other.clear();
-            block.other.extend(pairs.map(|(&j, &g)| f(j as usize, g)));
+            for k in 1..block.start.len() {
+                let range = block.start[k - 1] as usize..block.start[k] as usize;
+                for (&j, &g) in block.index[range.clone()].iter().zip(&block.pair[range]) {
+                    let [own, other] = f(b * BLOCK + k - 1, j as usize, g);
+                    block.own.push(own);
+                    block.other.push(other);
+                }
+            }
         });
     }
 
@@ -155,7 +182,8 @@ impl Neighbours {
         self.blocks
             .iter()
             .map(|b| {
-                4 * (b.start.capacity() + b.index.capacity()) + 16 * (b.pair.capacity() + b.other.capacity())
+                4 * (b.start.capacity() + b.index.capacity())
+                    + 16 * (b.pair.capacity() + b.own.capacity() + b.other.capacity())
             })
             .sum()
     }
@@ -169,6 +197,7 @@ impl Block {
             i: b * BLOCK + k,
             index: &self.index[range.clone()],
             pair: &self.pair[range.clone()],
+            own: self.own.get(range.clone()).unwrap_or_default(),
             other: self.other.get(range).unwrap_or_default(),
         }
     }

@@ -2,8 +2,9 @@
 //!
 //! Sought are p ≥ 0 such that s + c D a(p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be, D the rate
 //! of compression and a(p) = −Dᵀ p the accelerations of p. The matrix c D Dᵀ is symmetric. Conjugate gradients with the
-//! diagonal as preconditioner run on the particles that push, or should, until one of them would have to pull; those are
-//! let go and the set is taken anew. Residuals of both signs count: a pressure that is too high is an error as well.
+//! diagonal as preconditioner run on the particles that push, or should. Those that come to pull are let go, and the set is
+//! taken anew, when what letting them go spoils is no longer little beside what is left to solve. Residuals of both signs
+//! count: a pressure that is too high is an error as well.
 
 use super::boundary::Touch;
 use super::correction::Local;
@@ -11,15 +12,16 @@ use super::fluid::TASK;
 use super::mirrors::Mirrors;
 use super::neighbours::{Near, Neighbours};
 use crate::reduce;
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Applications of the matrix at most.
 const MOST: u32 = 300;
+/// What letting go of particles that pull may spoil, over the residual that is left. With none, most runs end at their
+/// first steps on single particles at the surface; from 0.2 on the sets begin to come back and some solutions stall.
+const BEARABLE: f64 = 0.03;
 /// Conjugate directions before the set is taken anew.
-const RUN: u32 = 40;
-
-const UNIT: [Vec4; 3] = [Vec4::X, Vec4::Y, Vec4::Z];
+const RUN: u32 = 100;
 
 /// One system: what it sees of the particles.
 pub(crate) struct System<'a> {
@@ -44,6 +46,7 @@ pub(crate) struct Buffers {
     residual: Vec<f32>,
     direction: Vec<f32>,
     product: Vec<f32>,
+    weight: Vec<f32>,
     pushed: Vec<Vec4>,
     partial: Vec<f64>,
 }
@@ -54,7 +57,8 @@ impl Buffers {
             + self.source.capacity()
             + self.residual.capacity()
             + self.direction.capacity()
-            + self.product.capacity())
+            + self.product.capacity()
+            + self.weight.capacity())
             + 16 * (self.acceleration.capacity() + self.pushed.capacity())
             + 8 * self.partial.capacity()
     }
@@ -82,16 +86,15 @@ impl System<'_> {
     /// Rate of compression of particle `near.i` in the field `v`, walls at rest.
     #[inline]
     pub(crate) fn rate(&self, near: &Near<'_>, v: &[Vec4]) -> f32 {
-        let rows = if self.corrected {
-            &self.local[near.i].rows
-        } else {
-            &UNIT
-        };
-        let wall = self.touch[near.i].gradient;
         let own = v[near.i];
-        let [x, y, z] = differences(near, v);
-        let wall = wall.extend(0.0);
-        rows[0].dot(x + own.x * wall) + rows[1].dot(y + own.y * wall) + rows[2].dot(z + own.z * wall)
+        let wall = self.touch[near.i].gradient;
+        let (gradients, wall) = if self.corrected {
+            (near.own, self.local[near.i].correct(wall.extend(0.0)))
+        } else {
+            (near.pair, wall)
+        };
+        let sum = near.sum(gradients, |j, g| (own - v[j]) * g);
+        sum.truncate().element_sum() + own.truncate().dot(wall)
     }
 
     /// What the motion of walls takes from [`Self::rate`].
@@ -114,34 +117,42 @@ impl System<'_> {
         let p: &[f32] = pressure;
         self.neighbours.map(&mut out[..n], |near| {
             let (own, local) = (p[near.i], &self.local[near.i]);
-            let mut sum = Vec4::ZERO;
-            if self.corrected {
-                for (&j, e) in near.index.iter().zip(near.other) {
-                    sum += p[j as usize] * *e;
-                }
-                (-sum.truncate() - own * local.correct(local.sum.extend(0.0))).extend(0.0)
+            let (gradients, sum) = if self.corrected {
+                (near.other, local.correct(local.sum.extend(0.0)))
             } else {
-                for (j, g) in near.pairs() {
-                    sum += p[j] * g;
-                }
-                (-sum.truncate() - own * local.sum).extend(0.0)
-            }
+                (near.pair, local.sum)
+            };
+            let others = near.sum(gradients, |j, g| p[j] * g);
+            (-others.truncate() - own * sum).extend(0.0)
         });
         self.mirrors.extend_vectors(out, n);
+    }
+
+    /// How far particle `i` is from a solution: compression that is left, or what a pressure too high opens.
+    #[inline]
+    fn error(&self, i: usize, residual: f32, pressure: f32) -> f64 {
+        let error = if residual > 0.0 {
+            residual
+        } else {
+            (-residual).min(pressure * self.gain / self.inverse(i))
+        };
+        f64::from(error)
+    }
+
+    #[inline]
+    fn inverse(&self, i: usize) -> f32 {
+        self.local[i].inverse[usize::from(!self.corrected)]
     }
 
     /// Solves for `pressure`, which holds a guess, and leaves its accelerations in `work`. Returns the applications of
     /// the matrix and the mean residual.
     pub(crate) fn solve(&self, pressure: &mut [f32], work: &mut Buffers, tolerance: f64) -> (u32, f64) {
         let n = self.n();
-        let c = self.gain;
-        let which = usize::from(!self.corrected);
-        for list in [&mut work.residual, &mut work.product] {
+        for list in [&mut work.residual, &mut work.product, &mut work.weight] {
             list.resize(n, 0.0);
         }
         work.pressure.clear();
         work.pressure.extend_from_slice(pressure);
-        let inverse = |i: usize| self.local[i].inverse[which];
         let mut iterations = 0;
         let left = loop {
             self.accelerate(&mut work.pressure, &mut work.acceleration);
@@ -149,132 +160,93 @@ impl System<'_> {
             let left = self
                 .neighbours
                 .map_sum(&mut work.residual, &mut work.partial, |near| {
-                    let i = near.i;
-                    let residual = source[i] + c * self.rate(&near, a);
-                    let error = if residual > 0.0 {
-                        residual
-                    } else {
-                        (-residual).min(p[i] * c / inverse(i))
-                    };
-                    (residual, f64::from(error))
+                    let residual = source[near.i] + self.gain * self.rate(&near, a);
+                    (residual, self.error(near.i, residual, p[near.i]))
                 })
                 / n as f64;
             iterations += 1;
             if left <= tolerance || iterations >= MOST || !left.is_finite() {
                 break left;
             }
-            iterations += self.descend(work, tolerance, &inverse);
+            iterations += self.descend(work, 0.5 * tolerance * n as f64);
         };
         pressure.copy_from_slice(&work.pressure[..n]);
         (iterations, left)
     }
 
-    /// Conjugate gradients on one set of particles, until one of them would pull. Returns the steps taken.
-    fn descend(&self, work: &mut Buffers, tolerance: f64, inverse: &(impl Fn(usize) -> f32 + Sync)) -> u32 {
+    /// Conjugate gradients on one set of particles, until the sum of the residuals is `enough` or less than what letting
+    /// go of those that pull would add. Returns the steps taken.
+    fn descend(&self, work: &mut Buffers, enough: f64) -> u32 {
         let n = self.n();
-        let c = self.gain;
-        // A particle that takes no part has the residual 0.
-        let p = &work.pressure;
-        work.residual
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .enumerate()
-            .for_each(|(i, r)| {
-                if *r < 0.0 && p[i] <= 0.0 {
-                    *r = f32::NEG_INFINITY;
-                }
-            });
-        let out = f32::NEG_INFINITY;
-        let r = &work.residual;
-        work.direction.clear();
-        work.direction
-            .extend((0..n).map(|i| if r[i] == out { 0.0 } else { r[i] * inverse(i) }));
-        let mut size = reduce::sum(n, |i| {
-            if r[i] == out {
+        // The preconditioner; particles that take no part have the weight 0, and so no direction.
+        let (p, r) = (&work.pressure, &work.residual);
+        let tasks = work.weight.par_iter_mut().with_min_len(TASK).enumerate();
+        tasks.for_each(|(i, weight)| {
+            *weight = if r[i] < 0.0 && p[i] <= 0.0 {
                 0.0
             } else {
-                f64::from(r[i] * r[i] * inverse(i))
-            }
+                self.inverse(i)
+            };
         });
-        let mut steps = 0;
+        work.direction.clear();
+        work.direction.resize(n, 0.0);
+        let weight = &work.weight;
+        let mut size = reduce::sum(n, |i| f64::from(r[i] * r[i] * weight[i]));
+        let (mut keep, mut steps) = (0.0, 0);
         while steps < RUN && size > 0.0 {
+            let (r, weight) = (&work.residual, &work.weight);
+            let tasks = work.direction[..n].par_iter_mut().with_min_len(TASK).enumerate();
+            tasks.for_each(|(i, s)| *s = r[i] * weight[i] + keep * *s);
             self.accelerate(&mut work.direction, &mut work.pushed);
-            let (pushed, direction, residual) = (&work.pushed, &work.direction, &work.residual);
+            let (pushed, direction) = (&work.pushed, &work.direction);
             let curvature = self
                 .neighbours
                 .map_sum(&mut work.product, &mut work.partial, |near| {
-                    let i = near.i;
-                    if residual[i] == out {
-                        return (0.0, 0.0);
-                    }
-                    let product = -c * self.rate(&near, pushed);
-                    (product, f64::from(product * direction[i]))
+                    let product = -self.gain * self.rate(&near, pushed);
+                    (product, f64::from(product * direction[near.i]))
                 });
             steps += 1;
             if !(curvature > 0.0) {
                 break;
             }
             let along = (size / curvature) as f32;
-            let (direction, product) = (&work.direction, &work.product);
-            work.pressure[..n]
-                .par_iter_mut()
-                .zip(&mut work.residual)
-                .with_min_len(TASK)
-                .enumerate()
-                .for_each(|(i, (p, r))| {
-                    if *r != out {
-                        *p += along * direction[i];
-                        *r -= along * product[i];
-                    }
-                });
+            let product = &work.product;
+            let tasks = work.pressure[..n].par_iter_mut().zip(&mut work.residual);
+            tasks.with_min_len(TASK).enumerate().for_each(|(i, (p, r))| {
+                *p += along * direction[i];
+                *r -= along * product[i];
+            });
             let (p, r) = (&work.pressure, &work.residual);
-            let [pulls, left, next] = reduce::reduce(
+            let [spoilt, left, next] = reduce::reduce(
                 n,
                 [0.0; 3],
                 |i| {
-                    if r[i] == out {
-                        [0.0; 3]
-                    } else {
-                        let r2 = f64::from(r[i] * r[i] * inverse(i));
-                        [f64::from(u8::from(p[i] < 0.0)), f64::from(r[i].abs()), r2]
-                    }
+                    let share = f64::from(r[i] * r[i] * weight[i]);
+                    let pull = f64::from((-p[i]).max(0.0) * self.gain / self.inverse(i));
+                    let left = if weight[i] > 0.0 { r[i].abs() } else { 0.0 };
+                    [pull, f64::from(left), share]
                 },
                 |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]],
             );
-            if pulls > 0.0 || left / (n as f64) < 0.5 * tolerance {
+            if left <= enough || spoilt > BEARABLE * left {
                 break;
             }
-            let keep = (next / size) as f32;
+            keep = (next / size) as f32;
             size = next;
-            let r = &work.residual;
-            work.direction[..n]
-                .par_iter_mut()
-                .with_min_len(TASK)
-                .enumerate()
-                .for_each(|(i, s)| {
-                    *s = if r[i] == out {
-                        0.0
-                    } else {
-                        r[i] * inverse(i) + keep * *s
-                    };
-                });
         }
-        work.pressure[..n]
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .for_each(|p| *p = p.max(0.0));
+        let tasks = work.pressure[..n].par_iter_mut().with_min_len(TASK);
+        tasks.for_each(|p| *p = p.max(0.0));
         steps
     }
 }
 
-/// Inverse of the diagonal of D Dᵀ, m²; `least` bounds the diagonal from below.
+/// Inverse of the diagonal of D Dᵀ, m², with L and without; `least` bounds the diagonal from below.
 pub(crate) fn inverse_diagonal(near: &Near<'_>, local: &Local, least: f32) -> [f32; 2] {
-    let (mut plain, mut corrected) = (local.sum.length_squared(), 0.0);
-    corrected += local.correct(local.sum.extend(0.0)).length_squared();
-    for g in near.pair {
-        let g: Vec3 = g.truncate();
-        plain += g.length_squared();
-        corrected += local.correct(g.extend(0.0)).length_squared();
-    }
-    [1.0 / corrected.max(least), 1.0 / plain.max(least)]
+    let plain = near.sum(near.pair, |_, g| g * g).truncate().element_sum();
+    let corrected = near.sum(near.own, |_, g| g * g).truncate().element_sum();
+    let sum = local.correct(local.sum.extend(0.0));
+    [
+        1.0 / (corrected + sum.length_squared()).max(least),
+        1.0 / (plain + local.sum.length_squared()).max(least),
+    ]
 }

@@ -1,0 +1,119 @@
+//! What particles cost: CPU seconds a simulated second of a dam break, steps a second of the paper's model, and
+//! milliseconds a surface. One thread. `cargo run --release --features sph --example sph_cost [SPACING] [SECONDS]`
+
+use meniscus_sim::glam::{UVec2, Vec2, Vec3};
+use meniscus_sim::sph::{Boundary, Extractor, Fluid, Model, Root, Settings, cases};
+use meniscus_sim::{Channels, Frame, Grid, GridSpec};
+use std::error::Error;
+
+const TANK: Vec2 = Vec2::new(2.0, 0.52);
+
+/// Seconds that this thread has computed, where the system says so.
+fn cpu() -> Result<f64, Box<dyn Error + Send + Sync>> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+    Ok(1e-9 * text.split(' ').next().unwrap_or_default().parse::<f64>()?)
+}
+
+/// A column of 0.5 m by 1 m by 0.5 m in a tank of 2 m by 0.52 m.
+fn column(settings: Settings) -> Fluid {
+    let mut fluid = Fluid::new(settings, Boundary::tank(Vec2::ZERO, TANK, 0.0));
+    cases::fill(&mut fluid, Vec3::ZERO, Vec3::new(0.5, 1.0, 0.5));
+    fluid
+}
+
+fn measure(spacing: f32, seconds: f64) -> Result<(), Box<dyn Error + Send + Sync>> {
+    let mut fluid = column(Settings::water(spacing));
+    let (mut t, mut steps, mut iterations, mut stalls) = (0.0, 0_u32, [0_u32; 2], 0_u32);
+    let (mut compression, mut worst) = (0.0, 0.0_f64);
+    let start = cpu()?;
+    while t < seconds {
+        let step = fluid.stable_step().min(1.0 / 60.0);
+        let stepped = fluid.step(step as f32);
+        t += step;
+        steps += 1;
+        iterations[0] += stepped.iterations[0];
+        iterations[1] += stepped.iterations[1];
+        stalls += u32::from(stepped.stalled);
+        compression += step * stepped.compression;
+        worst = worst.max(stepped.compression);
+    }
+    let spent = cpu()? - start;
+    let each = |k: usize| f64::from(iterations[k]) / f64::from(steps);
+    println!(
+        "dfsph: {} particles, {:.2} CPU s a second, {steps} steps, {:.2} µs a particle and step, iterations {:.1} \
+         (velocities) {:.1} (displacements), {stalls} stalled, compression {:.4} % (worst {:.3} %)",
+        fluid.len(),
+        spent / t,
+        1e6 * spent / f64::from(steps) / fluid.len() as f64,
+        each(1),
+        each(0),
+        100.0 * compression / t,
+        100.0 * worst,
+    );
+    let spec = GridSpec::new(
+        Vec2::ZERO,
+        0.5 * spacing,
+        UVec2::new((4.0 / spacing) as u32 + 1, (1.04 / spacing) as u32 + 1),
+    )?;
+    let ground = Grid::filled(spec, 0.0);
+    let mut frame = Frame::new(spec);
+    for (name, root) in [("fast", Root::Fast), ("exact", Root::Exact)] {
+        let mut extractor = Extractor::new(spec, spacing, root);
+        extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+        let start = cpu()?;
+        for _ in 0..20 {
+            extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+        }
+        println!(
+            "surface, {name}: {} columns, {:.2} CPU ms",
+            spec.size.x * spec.size.y,
+            1e3 * (cpu()? - start) / 20.0
+        );
+    }
+    Ok(())
+}
+
+fn paper() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let spacing = 0.25_f32.cbrt() / 3000_f32.cbrt();
+    let mut fluid = column(Settings {
+        model: Model::Mcg03,
+        stiffness: 20.0,
+        viscosity: 1e-3,
+        ..Settings::water(spacing)
+    });
+    let spec = GridSpec::new(
+        Vec2::ZERO,
+        spacing,
+        UVec2::new((2.0 / spacing) as u32 + 1, (0.52 / spacing) as u32 + 1),
+    )?;
+    let ground = Grid::filled(spec, 0.0);
+    let mut frame = Frame::new(spec);
+    let mut extractor = Extractor::new(spec, spacing, Root::Fast);
+    let (mut stepping, mut surface) = (0.0, 0.0);
+    let steps = 1000;
+    for _ in 0..steps {
+        let a = cpu()?;
+        fluid.step(0.003);
+        let b = cpu()?;
+        extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+        stepping += b - a;
+        surface += cpu()? - b;
+    }
+    println!(
+        "mcg03: {} particles, {:.0} steps a second with a surface each ({:.3} ms step, {:.3} ms surface)",
+        fluid.len(),
+        f64::from(steps) / (stepping + surface),
+        1e3 * stepping / f64::from(steps),
+        1e3 * surface / f64::from(steps),
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let spacing = arguments.next().map_or(Ok(1.0 / 24.0), |a| a.parse())?;
+    let seconds = arguments.next().map_or(Ok(1.5), |a| a.parse())?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| measure(spacing, seconds).and_then(|()| paper()))
+        .map_err(|e| e.to_string().into())
+}
