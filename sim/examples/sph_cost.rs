@@ -1,5 +1,6 @@
 //! What particles cost: CPU seconds a simulated second of a dam break, steps a second of the paper's model, and
 //! milliseconds a surface. One thread. `cargo run --release --features sph --example sph_cost [SPACING] [SECONDS]`
+#![allow(clippy::print_stdout)] // its purpose
 
 use meniscus_sim::glam::{UVec2, Vec2, Vec3};
 use meniscus_sim::sph::{Boundary, Extractor, Fluid, Model, Root, Settings, cases};

@@ -20,6 +20,8 @@ const MOST: u32 = 300;
 /// What letting go of particles that pull may spoil, over the residual that is left. With none, most runs end at their
 /// first steps on single particles at the surface; from 0.2 on the sets begin to come back and some solutions stall.
 const BEARABLE: f64 = 0.03;
+/// Share of the tolerance at which a run may end. At a half, still water moves and its pressure is off by more than it may.
+const ENOUGH: f64 = 0.2;
 /// Conjugate directions before the set is taken anew.
 const RUN: u32 = 100;
 
@@ -168,7 +170,7 @@ impl System<'_> {
             if left <= tolerance || iterations >= MOST || !left.is_finite() {
                 break left;
             }
-            iterations += self.descend(work, 0.5 * tolerance * n as f64);
+            iterations += self.descend(work, ENOUGH * tolerance * n as f64);
         };
         pressure.copy_from_slice(&work.pressure[..n]);
         (iterations, left)
