@@ -11,6 +11,7 @@ use egui_kittest::kittest::Queryable as _;
 use image::RgbImage;
 use image::codecs::png;
 use meniscus::app::model::player::{Mode, Player};
+use meniscus::app::model::quality::Quality;
 use meniscus::app::viewer::Viewer;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -252,6 +253,27 @@ fn two_renderers_side_by_side_and_their_difference() {
     check(&mut window, "difference");
 }
 
+/// Four thousand pixels across, on a screen that shows two for a point; and the middle drawn by a reference.
+#[test]
+fn a_large_screen_with_a_reference_tile() {
+    let folder = Folder::new();
+    let path = folder.record("run.mrec", TRAY);
+    let mut window = opened(&path, &folder, [1920.0, 1080.0], Theme::Dark);
+    window.set_pixels_per_point(2.0);
+    window.state_mut().player.quality = Quality::Quarter;
+    window.state_mut().player.compare.on = true;
+    window.state_mut().player.compare.mode = Mode::Tile;
+    until(&mut window, "a tile", |v| {
+        v.player
+            .drawn
+            .as_ref()
+            .is_some_and(|d| d.right.is_some() && d.left.size.x > 700)
+    });
+    assert_eq!(window.state().pixels().y, 2 * 1080 - 2 * 96);
+    fold_times(&mut window);
+    check(&mut window, "large");
+}
+
 #[test]
 fn the_list_of_keys_and_a_small_window() {
     let folder = Folder::new();
@@ -264,9 +286,13 @@ fn the_list_of_keys_and_a_small_window() {
     for _ in 0..4 {
         window.step();
     }
-    window.get_by_label("split, flicker, difference");
+    window.get_by_label("split, flicker, difference, tile");
     window.key_press(egui::Key::Escape);
     window.step();
     window.step();
-    assert!(window.query_by_label("split, flicker, difference").is_none());
+    assert!(
+        window
+            .query_by_label("split, flicker, difference, tile")
+            .is_none()
+    );
 }
