@@ -158,6 +158,22 @@ impl Bodies {
         Ok(())
     }
 
+    /// Puts bodies onto ground that has moved, sampled as the scene's is. Those that it has risen into are pushed out by the next
+    /// steps.
+    pub fn move_ground(&mut self, ground: &Grid<f32>) {
+        if self.ground.is_some() {
+            self.world.move_ground(ground);
+            self.know_ground(ground);
+        }
+    }
+
+    /// The ground as it stands, which the world of collisions holds already.
+    pub(crate) fn know_ground(&mut self, ground: &Grid<f32>) {
+        if let Some(known) = &mut self.ground {
+            known.clone_from(ground);
+        }
+    }
+
     /// Finds the surface around each body, and how fast it rises.
     fn look_around(&mut self, water: &dyn Water, dt: f64) {
         self.bodies.par_iter_mut().for_each(|body| {

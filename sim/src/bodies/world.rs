@@ -11,8 +11,8 @@ use crate::scene::description::Shape;
 use glam::{DQuat, DVec3};
 use rapier3d::parry::utils::Array2;
 use rapier3d::prelude::{
-    ColliderBuilder, MassProperties, Matrix, PhysicsWorld, Pose, RigidBodyBuilder, RigidBodyHandle, Rotation,
-    SharedShape, Vector,
+    ColliderBuilder, ColliderHandle, MassProperties, Matrix, PhysicsWorld, Pose, RigidBodyBuilder,
+    RigidBodyHandle, Rotation, SharedShape, Vector,
 };
 
 /// Friction between bodies and ground.
@@ -39,6 +39,7 @@ pub(super) enum Kind {
 pub(super) struct World {
     physics: PhysicsWorld,
     handles: Vec<RigidBodyHandle>,
+    ground: Option<ColliderHandle>,
     origin: DVec3,
 }
 
@@ -65,6 +66,7 @@ impl World {
         Self {
             physics,
             handles: Vec::new(),
+            ground: None,
             origin,
         }
     }
@@ -102,17 +104,35 @@ impl World {
     /// Adds ground, sampled as a grid is.
     pub(super) fn add_ground(&mut self, ground: &Grid<f32>) {
         let spec = ground.spec();
+        let extent = spec.extent();
+        let middle = spec.origin.as_dvec2() + 0.5 * extent.as_dvec2();
+        let at = DVec3::new(middle.x - self.origin.x, 0.0, middle.y - self.origin.z);
+        let collider = ColliderBuilder::new(self.surface(ground))
+            .translation(vector(at))
+            .friction(FRICTION)
+            .restitution(RESTITUTION);
+        self.ground = Some(self.physics.insert_collider(collider, None));
+    }
+
+    /// What the ground collides as.
+    fn surface(&self, ground: &Grid<f32>) -> SharedShape {
+        let spec = ground.spec();
         let heights = Array2::from_fn(spec.height(), spec.width(), |j, i| {
             (f64::from(ground.as_slice()[j * spec.width() + i]) - self.origin.y) as f32
         });
         let extent = spec.extent();
-        let middle = spec.origin.as_dvec2() + 0.5 * extent.as_dvec2();
-        let at = DVec3::new(middle.x - self.origin.x, 0.0, middle.y - self.origin.z);
-        let collider = ColliderBuilder::heightfield(heights, Vector::new(extent.x, 1.0, extent.y))
-            .translation(vector(at))
-            .friction(FRICTION)
-            .restitution(RESTITUTION);
-        self.physics.insert_collider(collider, None);
+        SharedShape::heightfield(heights, Vector::new(extent.x, 1.0, extent.y))
+    }
+
+    /// Puts ground of the same grid in the place of that which was added.
+    pub(super) fn move_ground(&mut self, ground: &Grid<f32>) {
+        let surface = self.surface(ground);
+        if let Some(collider) = self
+            .ground
+            .and_then(|handle| self.physics.colliders.get_mut(handle))
+        {
+            collider.set_shape(surface);
+        }
     }
 
     /// Adds upright walls without end around a rectangle in X and Z.

@@ -1,6 +1,6 @@
 //! From the samples of a patch to those of a frame, which it tiles.
 
-use super::patch::{Field, Patch, Work};
+use super::patch::Work;
 use crate::grid::GridSpec;
 use glam::{DVec2, UVec2};
 use rustfft::num_complex::Complex32;
@@ -10,17 +10,13 @@ use std::ops::{Add, Mul};
 pub(super) trait Sample:
     Copy + Default + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
-    /// What it is of.
-    type Fields: Copy;
-
-    /// The first `rows` rows of samples of a patch, each handed to `write` with its part of `out`.
+    /// The first `rows` rows of samples of a group, each handed to `write` with its part of `out`.
     fn make<U: Send>(
-        fields: Self::Fields,
-        patch: &Patch,
-        work: &mut Work,
+        group: usize,
+        work: &Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync,
+        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
     );
 
     /// Where samples of a patch wait to be placed.
@@ -41,17 +37,14 @@ impl Planes {
 }
 
 impl Sample for f32 {
-    type Fields = Field;
-
     fn make<U: Send>(
-        field: Field,
-        patch: &Patch,
-        work: &mut Work,
+        group: usize,
+        work: &Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync,
+        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
     ) {
-        patch.one(field, work, rows, out, write);
+        work.one(group, rows, out, write);
     }
 
     fn plane(planes: &mut Planes) -> &mut Vec<Self> {
@@ -60,17 +53,14 @@ impl Sample for f32 {
 }
 
 impl Sample for Complex32 {
-    type Fields = (Field, Field);
-
     fn make<U: Send>(
-        fields: (Field, Field),
-        patch: &Patch,
-        work: &mut Work,
+        group: usize,
+        work: &Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync,
+        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
     ) {
-        patch.two(fields, work, rows, out, write);
+        work.two(group, rows, out, write);
     }
 
     fn plane(planes: &mut Planes) -> &mut Vec<Self> {

@@ -205,25 +205,27 @@ impl MovingBed {
         SLIDE_OF_CELL * f64::from(self.spec.spacing) / speed
     }
 
-    /// Moves the ground below the water, and that of the frames, to where it is at `time`.
+    /// Moves the ground below the water, and that of the frames, to where it is at `time`; whether that of the frames
+    /// changed.
     pub(crate) fn move_to<T: Real>(
         &mut self,
         water: &mut FiniteVolume<T>,
         ground: &mut Grid<f32>,
         time: f64,
-    ) {
+    ) -> bool {
         let reaches: Vec<_> = self
             .motions
             .iter()
             .filter_map(|m| m.reach(&self.spec, self.now, time))
             .collect();
         self.now = time;
-        let mut moved = false;
+        let (mut moved, mut changed) = (false, false);
         for [[i0, j0], [i1, j1]] in reaches {
             for j in j0..=j1 {
                 for i in i0..=i1 {
                     let z = self.height([i, j], time);
                     moved |= water.set_bed(i, j, z);
+                    changed |= ground[(i, j)] != z as f32;
                     ground[(i, j)] = z as f32;
                 }
             }
@@ -231,6 +233,7 @@ impl MovingBed {
         if moved {
             water.settle_bed();
         }
+        changed
     }
 
     /// Goes on at `time`, at which the water's ground already stands.

@@ -13,7 +13,7 @@ mod coupled {
     };
     use crate::events::{Action, EventError};
     use crate::frame::BodyPose;
-    use crate::grid::GridSpec;
+    use crate::grid::{Grid, GridSpec};
     use crate::scene::Scene;
     use glam::DVec3;
 
@@ -59,6 +59,20 @@ mod coupled {
             match &mut self.0 {
                 Some(bodies) => bodies.advance_coupled(&mut CoreColumns { core, spec }, time, dt),
                 None => Ok(()),
+            }
+        }
+
+        /// See [`Bodies::move_ground`].
+        pub(crate) fn move_ground(&mut self, ground: &Grid<f32>) {
+            if let Some(bodies) = &mut self.0 {
+                bodies.move_ground(ground);
+            }
+        }
+
+        /// See [`Bodies::know_ground`].
+        pub(crate) fn know_ground(&mut self, ground: &Grid<f32>) {
+            if let Some(bodies) = &mut self.0 {
+                bodies.know_ground(ground);
             }
         }
 
@@ -198,7 +212,7 @@ mod left_out {
     use super::super::exchange::Exchange;
     use crate::events::{Action, EventError};
     use crate::frame::BodyPose;
-    use crate::grid::GridSpec;
+    use crate::grid::{Grid, GridSpec};
     use std::convert::Infallible;
 
     #[derive(Default)]
@@ -217,6 +231,7 @@ mod left_out {
         ) -> Result<(), Infallible> {
             Ok(())
         }
+        pub(crate) fn move_ground(&mut self, _: &Grid<f32>) {}
         pub(crate) fn apply(&mut self, _: &Action) -> Option<Result<(), EventError>> {
             None
         }

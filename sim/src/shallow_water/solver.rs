@@ -119,6 +119,9 @@ impl ShallowWater {
     #[cfg(feature = "bodies")]
     pub fn add_bodies(&mut self, scene: &Scene) -> Result<(), BodyError> {
         self.floats = each!(&mut self.core, c => Floats::from_scene(scene, c, &self.spec))?;
+        if self.bed.is_some() {
+            self.floats.move_ground(&self.ground);
+        }
         Ok(())
     }
 
@@ -203,6 +206,8 @@ impl ShallowWater {
         }
         if let Some(bed) = &mut self.bed {
             bed.resume(&mut self.ground, checkpoint.time);
+            #[cfg(feature = "bodies")]
+            self.floats.know_ground(&self.ground);
         }
         self.time = checkpoint.time;
         self.speed = checkpoint.speed;
@@ -242,7 +247,10 @@ impl ShallowWater {
     /// Puts the ground where it is at `time`, if any of it moves.
     fn move_bed(&mut self, time: f64) {
         if let Some(bed) = &mut self.bed {
-            each!(&mut self.core, c => bed.move_to(c, &mut self.ground, time));
+            let changed = each!(&mut self.core, c => bed.move_to(c, &mut self.ground, time));
+            if changed {
+                self.floats.move_ground(&self.ground);
+            }
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Selector {
     metric: String,
     /// Resolution; absent: any.
     resolution: Option<f64>,
+    /// Smallest resolution; absent: any.
+    at_resolution_from: Option<f64>,
 }
 
 /// The error falls as resolution^−order.
@@ -135,6 +137,9 @@ impl fmt::Display for Selector {
         if let Some(resolution) = self.resolution {
             write!(f, " at {resolution}")?;
         }
+        if let Some(from) = self.at_resolution_from {
+            write!(f, " at {from} and more")?;
+        }
         write!(f, ", {}", self.metric)
     }
 }
@@ -146,6 +151,7 @@ impl Selector {
                 && self.method.as_ref().is_none_or(|m| *m == row.method)
                 && self.metric == row.error_metric
                 && self.resolution.is_none_or(|r| r == row.resolution)
+                && self.at_resolution_from.is_none_or(|from| from <= row.resolution)
                 && self
                     .parameters
                     .iter()
@@ -459,6 +465,17 @@ mod tests {
             ..row.clone()
         }));
         assert_eq!(of_quick(&taken).len(), 4);
+    }
+
+    #[test]
+    fn a_bound_may_hold_from_a_resolution_on() {
+        // 3/32² is 2.9e-3, 3/64² 7.3e-4, below the bound of 1e-3.
+        for (from, failures) in [("64", 0), ("32", 1)] {
+            let text = FILE.replace("resolution = 64", &format!("at_resolution_from = {from}"));
+            let verdicts = Expectations::parse(&text).unwrap().check(&rows(2.0));
+            let failed = verdicts.iter().filter(|v| !v.holds).count();
+            assert_eq!(failed, failures, "from {from}");
+        }
     }
 
     #[test]
