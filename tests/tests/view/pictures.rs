@@ -11,7 +11,6 @@ use egui_kittest::kittest::Queryable as _;
 use image::RgbImage;
 use image::codecs::png;
 use meniscus::app::model::player::{Mode, Player};
-use meniscus::app::model::quality::Quality;
 use meniscus::app::viewer::Viewer;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -251,27 +250,6 @@ fn two_renderers_side_by_side_and_their_difference() {
     }
     assert_eq!(window.state().player.compare.mode, Mode::Difference);
     check(&mut window, "difference");
-}
-
-/// Four thousand pixels across, on a screen that shows two for a point; and the middle drawn by a reference.
-#[test]
-fn a_large_screen_with_a_reference_tile() {
-    let folder = Folder::new();
-    let path = folder.record("run.mrec", TRAY);
-    let mut window = opened(&path, &folder, [1920.0, 1080.0], Theme::Dark);
-    window.set_pixels_per_point(2.0);
-    window.state_mut().player.quality = Quality::Quarter;
-    window.state_mut().player.compare.on = true;
-    window.state_mut().player.compare.mode = Mode::Tile;
-    until(&mut window, "a tile", |v| {
-        v.player
-            .drawn
-            .as_ref()
-            .is_some_and(|d| d.right.is_some() && d.left.size.x > 700)
-    });
-    assert_eq!(window.state().pixels().y, 2 * 1080 - 2 * 96);
-    fold_times(&mut window);
-    check(&mut window, "large");
 }
 
 #[test]

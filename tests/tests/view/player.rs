@@ -203,8 +203,18 @@ fn a_reference_tile_is_drawn_at_rest_and_held_against_the_picture() {
     assert_eq!(right.size.to_array(), [16, 10]);
     let difference = same.difference.as_ref().unwrap();
     assert_eq!(difference.pixels.len(), 160);
-    // The same rays to rounding; those that graze an edge may end on its other side.
-    assert!(difference.flip.mean < 5e-3, "{}", difference.flip.mean);
+    // Samples lie elsewhere in the pixels, so it is not the same to the bit; a pixel aside it is less so.
+    let apart = |x: usize, y: usize| -> u32 {
+        let of = |k: usize, c: usize| {
+            let whole = same.left.pixels[(y + k / 16) * 48 + x + k % 16][c];
+            u32::from(whole.abs_diff(right.pixels[k][c]))
+        };
+        (0..160).map(|k| of(k, 0) + of(k, 1) + of(k, 2)).sum()
+    };
+    let there = apart(16, 11);
+    for (x, y) in [(15, 11), (17, 11), (16, 10), (16, 12)] {
+        assert!(there < apart(x, y), "{there} against {} at {x}, {y}", apart(x, y));
+    }
     // One with noise gets better while nothing moves, and goes when something does.
     driven.player.compare.renderer.clone_from(&names[1]);
     driven.pass(0.5);
@@ -219,7 +229,10 @@ fn a_reference_tile_is_drawn_at_rest_and_held_against_the_picture() {
         .unwrap()
         .camera
         .orbit(Vec2::new(0.2, 0.0));
-    assert!(driven.picture().right.is_none());
+    driven.pass(0.02);
+    driven.until("a picture alone", |p| {
+        p.drawn.as_ref()?.right.is_none().then_some(())
+    });
 }
 
 /// The renderer lists what can be changed; what is changed shows in the next picture, and the defaults come back.
