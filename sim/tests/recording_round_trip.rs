@@ -5,6 +5,7 @@
 mod recording_common;
 
 use meniscus_sim::glam::UVec2;
+use meniscus_sim::mesh::TriangleMesh;
 use meniscus_sim::recording::{Reader, ReplaySource, Writer};
 use meniscus_sim::{Channels, Frame, FrameSource, GridSpec, Progress};
 use recording_common::{bits, frame, report, scene};
@@ -52,6 +53,24 @@ fn lossless_recordings_come_back_bit_for_bit() {
             );
             assert_eq!(reader.time(k), out.time);
         }
+    }
+}
+
+#[test]
+fn materials_that_are_not_whole_are_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |spoil: fn(&mut TriangleMesh)| {
+        let mut scene = scene(SIZE, 0.0);
+        spoil(&mut scene.meshes[0]);
+        Writer::create(folder.path().join("painted.mrec"), &scene, Channels::NONE).map(drop)
+    };
+    assert!(write(|_| ()).is_ok());
+    for spoil in [
+        |mesh: &mut TriangleMesh| mesh.material_of[0] = 2,
+        |mesh: &mut TriangleMesh| mesh.texcoords.clear(),
+        |mesh: &mut TriangleMesh| mesh.materials[1].color.x = f32::NAN,
+    ] {
+        assert!(write(spoil).is_err());
     }
 }
 

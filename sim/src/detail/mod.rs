@@ -188,11 +188,13 @@ impl Detailed {
             }
             #[cfg(feature = "ocean")]
             Pattern::Waves { patch, work } => {
-                use crate::ocean::patch::{Field, Group};
+                use crate::ocean::patch::Field::Elevation;
                 let (mut work, heights) = (work.borrow_mut(), &mut tile.heights);
-                patch.turn(time, &[Group::One(Field::Elevation)], &mut work);
+                patch.turn(time, &[Elevation], &mut work);
                 let rows = patch.lattice().size.y as usize;
-                work.one(0, rows, heights, |row, out| out.copy_from_slice(row));
+                patch.one(Elevation, &mut work, rows, heights, |row, out| {
+                    out.copy_from_slice(row)
+                });
             }
         }
     }

@@ -24,7 +24,7 @@ pub struct TriangleMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Linear-light base colour, 0 to 1; of a mesh with materials a mean of theirs.
     pub base_color: Vec3,
-    /// What parts of the mesh look like; empty where all of it has the base colour. Recordings do not hold them.
+    /// What parts of the mesh look like; empty where all of it has the base colour.
     pub materials: Vec<Material>,
     /// Number of the material of each triangle; empty where there are none.
     pub material_of: Vec<u16>,

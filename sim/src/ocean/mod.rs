@@ -31,7 +31,7 @@ use crate::grid::{Grid, GridSpec};
 use crate::solver::{Solver, StepError, StepReport};
 use foam::Foam;
 use glam::{DVec2, UVec2, Vec2};
-use patch::{Field, Group, Patch, Work};
+use patch::{Field, Patch, Work};
 use placement::{Placement, Planes, Sample};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
@@ -136,20 +136,20 @@ impl Ocean {
         }
     }
 
-    /// Turns the waves of every cascade and begins the transforms of `groups`.
-    fn turn(&self, moment: f64, groups: &[Group]) {
+    /// Turns the waves of every cascade as far as `fields` need it.
+    fn turn(&self, moment: f64, fields: &[Field]) {
         for (cascade, (work, _)) in self.cascades.iter().zip(&mut *self.work.borrow_mut()) {
-            cascade.patch.turn(moment, groups, work);
+            cascade.patch.turn(moment, fields, work);
         }
     }
 
-    /// Hands each row of the frame's samples of `group` of the last [`Self::turn`], summed over the cascades, to `write` with
-    /// its part of `out`.
+    /// Hands each row of the frame's samples of `fields` at the moment of the last [`Self::turn`], summed over the cascades, to
+    /// `write` with its part of `out`.
     fn sample<T: Sample, U: Send>(
         &self,
-        group: usize,
+        fields: T::Fields,
         out: &mut [U],
-        write: impl Fn(&[T], &mut [U]) + Sync + Send,
+        write: impl Fn(&[T], &mut [U]) + Sync,
     ) {
         let (w, h) = (self.spec.width(), self.spec.height());
         let mut works = self.work.borrow_mut();
@@ -157,7 +157,7 @@ impl Ocean {
             && cascade.place.is_direct(w, h)
         {
             let write = |row: &[T], out: &mut [U]| write(&row[..w], out);
-            return T::make(group, work, h, out, write);
+            return T::make(fields, &cascade.patch, work, h, out, write);
         }
         let cascades = self.cascades.iter().zip(&mut *works);
         let places: Vec<(&Placement, &[T])> = cascades
@@ -165,7 +165,7 @@ impl Ocean {
                 let size = cascade.patch.lattice().size.as_usizevec2();
                 let plane = T::plane(planes);
                 plane.resize(size.element_product(), T::default());
-                T::make(group, work, size.y, plane, |row, out| {
+                T::make(fields, &cascade.patch, work, size.y, plane, |row, out| {
                     out.copy_from_slice(row);
                 });
                 (&cascade.place, &plane[..])
@@ -185,15 +185,12 @@ impl Ocean {
 
     /// J at the samples.
     fn jacobian(&self, moment: f64, out: &mut Vec<f32>) {
-        let groups = [
-            Group::One(Field::StretchXZ),
-            Group::Two(Field::StretchXX, Field::StretchZZ),
-        ];
+        use Field::{StretchXX, StretchXZ, StretchZZ};
         let c = self.choppiness as f32;
         out.resize(self.spec.len(), 1.0);
-        self.turn(moment, &groups);
-        self.sample(0, out, |xz: &[f32], out| out.copy_from_slice(xz));
-        self.sample(1, out, |stretch: &[Complex32], out| {
+        self.turn(moment, &[StretchXZ, StretchXX, StretchZZ]);
+        self.sample(StretchXZ, out, |xz: &[f32], out| out.copy_from_slice(xz));
+        self.sample((StretchXX, StretchZZ), out, |stretch: &[Complex32], out| {
             for (out, s) in out.iter_mut().zip(stretch) {
                 *out = (1.0 + c * s.re) * (1.0 + c * s.im) - c * c * *out * *out;
             }
@@ -243,32 +240,33 @@ impl Solver for Ocean {
         out.prepare(self.spec, want);
         out.time = self.time;
         let moment = self.moment(self.time);
-        let mut groups = vec![Group::One(Field::Elevation)];
-        if want.contains(Channels::DISPLACEMENT) {
-            groups.push(Group::Two(Field::DisplacementX, Field::DisplacementZ));
-        }
+        let displacement = (Field::DisplacementX, Field::DisplacementZ);
+        let velocity = (Field::VelocityX, Field::VelocityZ);
+        let mut fields = vec![Field::Elevation];
         if want.contains(Channels::VELOCITY) {
-            groups.push(Group::Two(Field::VelocityX, Field::VelocityZ));
+            fields.push(Field::VelocityX);
         }
-        self.turn(moment, &groups);
+        self.turn(moment, &fields);
         let level = self.level;
-        self.sample(0, out.elevation.as_mut_slice(), |row: &[f32], out| {
-            for (out, v) in out.iter_mut().zip(row) {
-                *out = level + v;
-            }
-        });
-        let mut next = 1;
-        let mut vectors = |grid: &mut Option<Grid<Vec2>>, factor: f32| {
+        self.sample(
+            Field::Elevation,
+            out.elevation.as_mut_slice(),
+            |row: &[f32], out| {
+                for (out, v) in out.iter_mut().zip(row) {
+                    *out = level + v;
+                }
+            },
+        );
+        let vectors = |grid: &mut Option<Grid<Vec2>>, fields, factor: f32| {
             let Some(grid) = grid else { return };
-            self.sample(next, grid.as_mut_slice(), |row: &[Complex32], out| {
+            self.sample(fields, grid.as_mut_slice(), |row: &[Complex32], out| {
                 for (out, v) in out.iter_mut().zip(row) {
                     *out = factor * Vec2::new(v.re, v.im);
                 }
             });
-            next += 1;
         };
-        vectors(&mut out.displacement, self.choppiness as f32);
-        vectors(&mut out.velocity, 1.0);
+        vectors(&mut out.displacement, displacement, self.choppiness as f32);
+        vectors(&mut out.velocity, velocity, 1.0);
         if let (Some(grid), Some(foam)) = (&mut out.foam, &self.foam) {
             let period = self.loop_ticks.map(|ticks| ticks as f64 * TICK);
             let time = period.map_or(self.time, |period| moment * period);

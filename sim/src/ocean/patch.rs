@@ -1,7 +1,8 @@
 //! Fields of one periodic patch at a time: only those that are asked for are transformed.
 
 use super::lattice::{Lattice, sin_cos_turns, wave_number};
-use super::transform::{Kind, Transform, vectorised};
+use super::transform::{Transform, vectorised};
+use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 
 /// A real field over the patch.
@@ -68,65 +69,18 @@ pub struct Patch {
     per_k: Vec<f32>,
 }
 
-/// What one transform makes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Group {
-    /// One field by a real transform.
-    One(Field),
-    /// Two fields by one complex transform.
-    Two(Field, Field),
-}
-
-impl Group {
-    fn fields(self) -> impl Iterator<Item = Field> {
-        let (a, b) = match self {
-            Self::One(a) => (a, None),
-            Self::Two(a, b) => (a, Some(b)),
-        };
-        std::iter::once(a).chain(b)
-    }
-
-    fn kind(self) -> Kind {
-        match self {
-            Self::One(_) => Kind::One,
-            Self::Two(..) => Kind::Two,
-        }
-    }
-}
-
-/// Work space of a patch: half-done transforms of one time.
+/// Work space of a patch: transforms and spectra at one time.
 #[derive(Debug)]
 pub struct Work {
     transform: Transform,
+    waves: Vec<Complex32>,
+    rates: Vec<Complex32>,
 }
 
 impl Work {
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        self.transform.bytes()
-    }
-
-    /// Samples of group `group`, which is a [`Group::One`], of the last [`Patch::turn`]. Its first `rows` rows, x fastest, go
-    /// to `write` with their part of `out`.
-    pub fn one<U: Send>(
-        &self,
-        group: usize,
-        rows: usize,
-        out: &mut [U],
-        write: impl Fn(&[f32], &mut [U]) + Sync + Send,
-    ) {
-        self.transform.one(group, rows, out, write);
-    }
-
-    /// The same of a [`Group::Two`]: real and imaginary parts are the first and the second field.
-    pub fn two<U: Send>(
-        &self,
-        group: usize,
-        rows: usize,
-        out: &mut [U],
-        write: impl Fn(&[Complex32], &mut [U]) + Sync + Send,
-    ) {
-        self.transform.two(group, rows, out, write);
+        self.transform.bytes() + 8 * (self.waves.capacity() + self.rates.capacity()) as u64
     }
 }
 
@@ -158,6 +112,8 @@ impl Patch {
     pub fn work(&self) -> Work {
         Work {
             transform: Transform::new(self.lattice.size),
+            waves: Vec::new(),
+            rates: Vec::new(),
         }
     }
 
@@ -166,58 +122,111 @@ impl Patch {
         self.lattice.bytes() + 4 * (self.kz.len() + self.per_k.len()) as u64
     }
 
-    /// Turns the waves to `time`, in seconds for free waves and as the fraction of the loop (0 to 1) for looping ones, and
-    /// begins the transforms of `groups`. [`Work::one`] and [`Work::two`] finish them.
-    pub fn turn(&self, time: f64, groups: &[Group], work: &mut Work) {
-        let fields = || groups.iter().flat_map(|g| g.fields());
-        let (waves, rates) = (fields().any(|f| !f.is_rate()), fields().any(Field::is_rate));
-        let kinds: Vec<Kind> = groups.iter().map(|g| g.kind()).collect();
-        let height = self.kz.len();
-        let state = || Turned {
-            turns: Turns::new(height),
-            waves: vec![Complex32::default(); if waves { height } else { 0 }],
-            rates: vec![Complex32::default(); if rates { height } else { 0 }],
-        };
-        let begin = |now: &mut Turned, m: usize| {
-            vectorised(|| {
-                turn_row(
-                    &self.lattice,
-                    m,
-                    time,
-                    &mut now.waves,
-                    &mut now.rates,
-                    &mut now.turns,
-                )
-            });
-        };
-        let fill = |now: &Turned, m: usize, group: usize, a: &mut [Complex32], b: &mut [Complex32]| {
-            vectorised(|| {
-                for (field, out) in groups[group].fields().zip([a, b]) {
-                    self.row(field, now, m, out);
-                }
-            });
-        };
-        work.transform
-            .columns(self.lattice.active_rows, &kinds, state, begin, fill);
+    /// Samples of one field at the time of the last [`Self::turn`], by a real transform. Its first `rows` rows, x fastest,
+    /// go to `write` with their part of `out`.
+    pub fn one<U: Send>(
+        &self,
+        field: Field,
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[f32], &mut [U]) + Sync,
+    ) {
+        let (row, work) = self.rows(work);
+        let fill = |m: usize, out: &mut [Complex32]| vectorised(|| row.of(field, m, out));
+        work.real(self.lattice.active_rows, fill, rows, out, write);
     }
 
-    /// Row `m` of a field.
-    #[inline(always)]
-    fn row(&self, field: Field, now: &Turned, m: usize, out: &mut [Complex32]) {
-        let from = if field.is_rate() { &now.rates } else { &now.waves };
-        let kx = wave_number(m, self.lattice.size.x as usize, self.lattice.period.x) as f32;
-        let per_k = &self.per_k[m * self.kz.len()..(m + 1) * self.kz.len()];
-        multiply(field, from, kx, &self.kz, per_k, out);
+    /// Samples of two fields at the time of the last [`Self::turn`] by one complex transform, as real and imaginary parts.
+    /// The first `rows` rows, x fastest, go to `write` with their part of `out`.
+    pub fn two<U: Send>(
+        &self,
+        (a, b): (Field, Field),
+        work: &mut Work,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Complex32], &mut [U]) + Sync,
+    ) {
+        let (row, work) = self.rows(work);
+        let fill = |m: usize, first: &mut [Complex32], second: &mut [Complex32]| {
+            vectorised(|| {
+                row.of(a, m, first);
+                row.of(b, m, second);
+            });
+        };
+        work.pair(self.lattice.active_rows, fill, rows, out, write);
+    }
+
+    fn rows<'a>(&'a self, work: &'a mut Work) -> (Rows<'a>, &'a mut Transform) {
+        let rows = Rows {
+            patch: self,
+            waves: &work.waves,
+            rates: &work.rates,
+        };
+        (rows, &mut work.transform)
+    }
+
+    /// Turns the waves to `time`, in seconds for free waves and as the fraction of the loop (0 to 1) for looping ones, as far
+    /// as `fields` need it.
+    pub fn turn(&self, time: f64, fields: &[Field], work: &mut Work) {
+        let needs_waves = fields.iter().any(|f| !f.is_rate());
+        let needs_rates = fields.iter().any(|f| f.is_rate());
+        self.turn_rows(time, needs_waves, needs_rates, work);
+    }
+
+    /// ĥ and ∂ĥ/∂t at `time`, for the rows that hold waves.
+    fn turn_rows(&self, time: f64, needs_waves: bool, needs_rates: bool, work: &mut Work) {
+        let l = &self.lattice;
+        let h = l.size.y as usize;
+        let rows = l.active_rows.max(1);
+        let fit = |list: &mut Vec<Complex32>, wanted: bool| {
+            list.resize(if wanted { rows * h } else { 0 }, Complex32::default());
+        };
+        fit(&mut work.waves, needs_waves);
+        fit(&mut work.rates, needs_rates);
+        // An empty list has as many empty rows.
+        let mut waves = work.waves.chunks_mut(h);
+        let mut rates = work.rates.chunks_mut(h);
+        let jobs: Vec<_> = (0..rows)
+            .map(|m| {
+                (
+                    m,
+                    waves.next().unwrap_or_default(),
+                    rates.next().unwrap_or_default(),
+                )
+            })
+            .collect();
+        jobs.into_par_iter().for_each_init(
+            || Turns::new(h),
+            |turn, (m, waves, rates)| vectorised(|| turn_row(l, m, time, waves, rates, turn)),
+        );
     }
 }
 
-/// A row of waves at one time.
-struct Turned {
-    turns: Turns,
-    /// ĥ; empty where no field needs it.
-    waves: Vec<Complex32>,
-    /// ∂ĥ/∂t; empty where no field needs it.
-    rates: Vec<Complex32>,
+/// Rows of the spectra of fields at one time.
+struct Rows<'a> {
+    patch: &'a Patch,
+    waves: &'a [Complex32],
+    rates: &'a [Complex32],
+}
+
+impl Rows<'_> {
+    /// Row `m` of a field.
+    #[inline(always)]
+    fn of(&self, field: Field, m: usize, out: &mut [Complex32]) {
+        let lattice = &self.patch.lattice;
+        let row = m * out.len()..(m + 1) * out.len();
+        let from = if field.is_rate() { self.rates } else { self.waves };
+        let kx = wave_number(m, lattice.size.x as usize, lattice.period.x) as f32;
+        multiply(
+            field,
+            &from[row.clone()],
+            kx,
+            &self.patch.kz,
+            &self.patch.per_k[row],
+            out,
+        );
+    }
 }
 
 /// How far the wave numbers of a row have turned, as plain arrays so that loops over them vectorise.
@@ -348,34 +357,39 @@ mod tests {
         Patch::new(Lattice::new(&sea(depth), &draw), depth.unwrap_or(f64::INFINITY))
     }
 
-    /// The samples of each field of each group at a time.
-    fn samples(patch: &Patch, time: f64, groups: &[Group]) -> Vec<Vec<f32>> {
-        let mut work = patch.work();
-        patch.turn(time, groups, &mut work);
+    /// The samples of two fields at the time of the last turn.
+    fn pair(patch: &Patch, fields: (Field, Field), work: &mut Work) -> Vec<Complex32> {
         let size = patch.lattice.size.as_usizevec2();
-        let mut out = Vec::new();
-        for (at, group) in groups.iter().enumerate() {
-            if let Group::Two(..) = group {
-                let mut both = vec![Complex32::default(); size.element_product()];
-                work.two(at, size.y, &mut both, |row, out| out.copy_from_slice(row));
-                out.push(both.iter().map(|c| c.re).collect());
-                out.push(both.iter().map(|c| c.im).collect());
-            } else {
-                let mut one = vec![0.0; size.element_product()];
-                work.one(at, size.y, &mut one, |row, out| out.copy_from_slice(row));
-                out.push(one);
-            }
-        }
+        let mut out = vec![Complex32::default(); size.element_product()];
+        patch.two(fields, work, size.y, &mut out, |row, out| {
+            out.copy_from_slice(row)
+        });
         out
     }
 
-    /// Groups for a list of fields, two at a time.
-    fn pack(fields: &[Field]) -> Vec<Group> {
-        let group = |fields: &[Field]| match *fields {
-            [a, b] => Group::Two(a, b),
-            _ => Group::One(fields[0]),
-        };
-        fields.chunks(2).map(group).collect()
+    /// The samples of one field at the time of the last turn.
+    fn single(patch: &Patch, field: Field, work: &mut Work) -> Vec<f32> {
+        let size = patch.lattice.size.as_usizevec2();
+        let mut out = vec![0.0; size.element_product()];
+        patch.one(field, work, size.y, &mut out, |row, out| out.copy_from_slice(row));
+        out
+    }
+
+    /// The samples of every field at a time, two to a transform.
+    fn samples(patch: &Patch, time: f64) -> Vec<Vec<f32>> {
+        let mut work = patch.work();
+        patch.turn(time, &ALL, &mut work);
+        let mut out = Vec::new();
+        for fields in ALL.chunks(2) {
+            if let [a, b] = *fields {
+                let both = pair(patch, (a, b), &mut work);
+                out.push(both.iter().map(|c| c.re).collect());
+                out.push(both.iter().map(|c| c.im).collect());
+            } else {
+                out.push(single(patch, fields[0], &mut work));
+            }
+        }
+        out
     }
 
     const ALL: [Field; 11] = [
@@ -449,7 +463,7 @@ mod tests {
         ] {
             let patch = patch(size, depth);
             let time = 1e5 + 0.37;
-            let out = samples(&patch, time, &pack(&ALL));
+            let out = samples(&patch, time);
             let mut scale = [0.0_f64; 11];
             let mut worst = [0.0_f64; 11];
             for (i, j) in [(0, 0), (3, 1), (7, 8), (14, 5), (9, 7), (1, 3)] {
@@ -476,36 +490,28 @@ mod tests {
     fn a_field_is_the_same_alone_and_packed_and_nothing_is_left_over() {
         let patch = patch(UVec2::new(64, 64), None);
         let (a, b) = (Field::DisplacementX, Field::SlopeZ);
-        let both = samples(&patch, 12.5, &[Group::Two(a, b)]);
-        for (field, packed) in [a, b].into_iter().zip(&both) {
-            let alone = &samples(&patch, 12.5, &[Group::One(field)])[0];
+        let mut work = patch.work();
+        patch.turn(12.5, &ALL, &mut work);
+        let both = pair(&patch, (a, b), &mut work);
+        let parts: [fn(&Complex32) -> f32; 2] = [|c| c.re, |c| c.im];
+        for (field, part) in [a, b].into_iter().zip(parts) {
+            let alone = single(&patch, field, &mut work);
             let scale = alone.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-            for (a, b) in alone.iter().zip(packed) {
-                assert!((a - b).abs() < 2e-6 * scale);
+            for (alone, packed) in alone.iter().zip(both.iter().map(part)) {
+                assert!((alone - packed).abs() < 2e-6 * scale);
             }
-        }
-        // Beside a field of zeros, what arrives there is the imaginary residue of the transform.
-        let mut transform = Transform::new(patch.lattice.size);
-        let state = || Turned {
-            turns: Turns::new(64),
-            waves: vec![Complex32::default(); 64],
-            rates: Vec::new(),
-        };
-        transform.columns(
-            patch.lattice.active_rows,
-            &[Kind::Two],
-            state,
-            |now, m| turn_row(&patch.lattice, m, 12.5, &mut now.waves, &mut [], &mut now.turns),
-            |now, m, _, first, second| {
-                patch.row(a, now, m, first);
+            // Beside a field of zeros, what arrives there is the imaginary residue of the transform.
+            let mut out = vec![Complex32::default(); 64 * 64];
+            let (rows, transform) = patch.rows(&mut work);
+            let fill = |m: usize, first: &mut [Complex32], second: &mut [Complex32]| {
+                rows.of(field, m, first);
                 second.fill(Complex32::default());
-            },
-        );
-        let mut out = vec![Complex32::default(); 64 * 64];
-        transform.two(0, 64, &mut out, |row, out| out.copy_from_slice(row));
-        let largest = |part: fn(&Complex32) -> f32| out.iter().fold(0.0_f32, |m, v| m.max(part(v).abs()));
-        let (scale, residue) = (largest(|v| v.re), largest(|v| v.im));
-        assert!(scale > 0.0 && residue < 1e-6 * scale, "{residue} of {scale}");
+            };
+            let active = patch.lattice.active_rows;
+            transform.pair(active, fill, 64, &mut out, |row, out| out.copy_from_slice(row));
+            let residue = out.iter().fold(0.0_f32, |m, v| m.max(v.im.abs()));
+            assert!(residue < 1e-6 * scale, "{residue} of {scale}");
+        }
     }
 
     #[test]
@@ -516,7 +522,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| samples(&patch, 7.25, &pack(&ALL)))
+            pool.install(|| samples(&patch, 7.25))
         };
         assert_eq!(run(1), run(3));
     }

@@ -1,6 +1,6 @@
 //! From the samples of a patch to those of a frame, which it tiles.
 
-use super::patch::Work;
+use super::patch::{Field, Patch, Work};
 use crate::grid::GridSpec;
 use glam::{DVec2, UVec2};
 use rustfft::num_complex::Complex32;
@@ -10,13 +10,17 @@ use std::ops::{Add, Mul};
 pub(super) trait Sample:
     Copy + Default + Send + Sync + Add<Output = Self> + Mul<f32, Output = Self>
 {
-    /// The first `rows` rows of samples of a group, each handed to `write` with its part of `out`.
+    /// What it is of.
+    type Fields: Copy;
+
+    /// The first `rows` rows of samples of a patch, each handed to `write` with its part of `out`.
     fn make<U: Send>(
-        group: usize,
-        work: &Work,
+        fields: Self::Fields,
+        patch: &Patch,
+        work: &mut Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
+        write: impl Fn(&[Self], &mut [U]) + Sync,
     );
 
     /// Where samples of a patch wait to be placed.
@@ -37,14 +41,17 @@ impl Planes {
 }
 
 impl Sample for f32 {
+    type Fields = Field;
+
     fn make<U: Send>(
-        group: usize,
-        work: &Work,
+        field: Field,
+        patch: &Patch,
+        work: &mut Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
+        write: impl Fn(&[Self], &mut [U]) + Sync,
     ) {
-        work.one(group, rows, out, write);
+        patch.one(field, work, rows, out, write);
     }
 
     fn plane(planes: &mut Planes) -> &mut Vec<Self> {
@@ -53,14 +60,17 @@ impl Sample for f32 {
 }
 
 impl Sample for Complex32 {
+    type Fields = (Field, Field);
+
     fn make<U: Send>(
-        group: usize,
-        work: &Work,
+        fields: (Field, Field),
+        patch: &Patch,
+        work: &mut Work,
         rows: usize,
         out: &mut [U],
-        write: impl Fn(&[Self], &mut [U]) + Sync + Send,
+        write: impl Fn(&[Self], &mut [U]) + Sync,
     ) {
-        work.two(group, rows, out, write);
+        patch.two(fields, work, rows, out, write);
     }
 
     fn plane(planes: &mut Planes) -> &mut Vec<Self> {

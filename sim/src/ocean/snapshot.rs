@@ -7,7 +7,7 @@
 
 use super::Ocean;
 use super::lattice::{Lattice, wave_number};
-use super::patch::{Field, Group, Patch, Work};
+use super::patch::{Field, Patch, Work};
 use super::query::{Sums, SurfacePoint, displaced_to};
 use glam::{DVec2, UVec2};
 use rustfft::num_complex::Complex32;
@@ -100,19 +100,19 @@ impl Ocean {
 impl Sampler {
     /// The sea at `time`. `ocean` is the one that this was made by.
     pub fn snapshot(&mut self, ocean: &Ocean, time: f64) -> Snapshot {
-        const GROUPS: [Group; 3] = [
-            Group::Two(Field::Elevation, Field::Rise),
-            Group::Two(Field::DisplacementX, Field::DisplacementZ),
-            Group::Two(Field::VelocityX, Field::VelocityZ),
+        const FIELDS: [(Field, Field); 3] = [
+            (Field::Elevation, Field::Rise),
+            (Field::DisplacementX, Field::DisplacementZ),
+            (Field::VelocityX, Field::VelocityZ),
         ];
         let moment = ocean.moment(time);
         let patches = self.patches.iter_mut().map(|(patch, work)| {
-            patch.turn(moment, &GROUPS, work);
+            patch.turn(moment, &[Field::Elevation, Field::Rise], work);
             let lattice = patch.lattice();
             let size = lattice.size.as_usizevec2();
-            let planes = [0, 1, 2].map(|group| {
+            let planes = FIELDS.map(|fields| {
                 let mut plane = vec![Complex32::default(); size.element_product()];
-                work.two(group, size.y, &mut plane, |row, out| {
+                patch.two(fields, work, size.y, &mut plane, |row, out| {
                     out.copy_from_slice(row);
                 });
                 plane

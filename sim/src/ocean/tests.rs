@@ -1,7 +1,7 @@
 //! Whole oceans against theory: heights, spectra and periods of frames, loops, queries, foam, extremes.
 
 use super::lattice::{Cells, Draw, Lattice};
-use super::patch::{Field, Group, Patch};
+use super::patch::{Field, Patch};
 use super::sea::WaveField;
 use super::*;
 use crate::Scene;
@@ -124,8 +124,8 @@ fn the_significant_wave_height_is_that_of_the_spectrum_for_every_spectrum_and_sp
                     let mut work = patch.work();
                     let size = patch.lattice().size.as_usizevec2();
                     plane.resize(size.element_product(), 0.0);
-                    patch.turn(3.0, &[Group::One(Field::Elevation)], &mut work);
-                    work.one(0, size.y, &mut plane, |row, out| {
+                    patch.turn(3.0, &[Field::Elevation], &mut work);
+                    patch.one(Field::Elevation, &mut work, size.y, &mut plane, |row, out| {
                         out.copy_from_slice(row);
                     });
                     let square: f64 = plane.iter().map(|v| f64::from(*v).powi(2)).sum();
@@ -290,8 +290,8 @@ fn a_loop_closes_bit_for_bit_on_the_clock_of_a_live_run() {
 /// Values of a field at all samples.
 fn plane(ocean: &Ocean, time: f64, field: Field) -> Vec<f32> {
     let mut out = vec![0.0; ocean.spec.len()];
-    ocean.turn(ocean.moment(time), &[Group::One(field)]);
-    ocean.sample(0, &mut out, |row: &[f32], out| out.copy_from_slice(row));
+    ocean.turn(ocean.moment(time), &[field]);
+    ocean.sample(field, &mut out, |row: &[f32], out| out.copy_from_slice(row));
     out
 }
 

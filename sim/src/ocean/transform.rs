@@ -19,8 +19,7 @@ pub struct Transform {
     along_x: Arc<dyn Fft<f32>>,
     along_z: Arc<dyn Fft<f32>>,
     real_x: Arc<dyn ComplexToReal<f32>>,
-    /// Of each group, kx by kx with kz fastest; transformed along Z.
-    spectra: Vec<Vec<Complex32>>,
+    spectrum: Vec<Complex32>,
     /// Samples of [`Self::alone`].
     samples: Vec<f32>,
 }
@@ -103,22 +102,6 @@ fn by_rows<S, U: Send>(
     );
 }
 
-/// What rides one transform.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// One real field, by a real transform.
-    One,
-    /// Two real fields, by a complex transform.
-    Two,
-}
-
-/// Work space of a thread.
-struct Scratch {
-    a: Vec<Complex32>,
-    b: Vec<Complex32>,
-    plan: Vec<Complex32>,
-}
-
 impl Transform {
     /// Plans for a patch of `size` samples.
     pub fn new(size: UVec2) -> Self {
@@ -130,121 +113,110 @@ impl Transform {
             along_x: planner.plan_fft_inverse(width),
             along_z: planner.plan_fft_inverse(height),
             real_x: RealFftPlanner::new().plan_fft_inverse(width),
-            spectra: Vec::new(),
+            spectrum: Vec::new(),
             samples: Vec::new(),
         }
     }
 
     /// Bytes of the work space.
     pub fn bytes(&self) -> u64 {
-        let spectra: usize = self.spectra.iter().map(Vec::capacity).sum();
-        (spectra * size_of::<Complex32>() + 4 * self.samples.capacity()) as u64
+        (self.spectrum.capacity() * size_of::<Complex32>()) as u64
     }
 
-    /// Fills the spectra of `groups` fields and transforms them along Z, all of one row kx after another, so that what they
-    /// are made of is used while it is in the cache. For each row `m < active`, `begin(state, m)` prepares the thread's
-    /// state, then `fill(state, m, group, a, b)` writes the half spectrum of the group's field to `a`, and that of its second
-    /// field to `b`. Rows beyond are zero.
-    pub fn columns<S>(
+    /// Transforms one real field. `fill(m, row)` writes row `m` (kx = m) of its half spectrum for `m < active`; rows beyond
+    /// are zero. The first `rows` rows of samples, x fastest, go to `write` with their part of `out`.
+    pub fn real<U: Send>(
         &mut self,
         active: usize,
-        groups: &[Kind],
-        state: impl Fn() -> S + Sync + Send,
-        begin: impl Fn(&mut S, usize) + Sync + Send,
-        fill: impl Fn(&S, usize, usize, &mut [Complex32], &mut [Complex32]) + Sync + Send,
+        fill: impl Fn(usize, &mut [Complex32]) + Sync,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[f32], &mut [U]) + Sync,
     ) {
-        let (height, half) = (self.height, self.width / 2 + 1);
-        // Rows that have another one as mirror image: neither 0 nor the Nyquist row of an even width.
-        let mirrors = self.width - half;
+        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        self.spectrum.resize((width * height).max(half * height), ZERO);
+        let spectrum = &mut self.spectrum[..half * height];
         let plan = &self.along_z;
-        let work = || Scratch {
-            a: vec![ZERO; height],
-            b: vec![ZERO; height],
-            plan: vec![ZERO; plan.get_inplace_scratch_len()],
-        };
-        self.spectra.resize_with(groups.len(), Vec::new);
-        let mut rows: Vec<_> = (self.spectra.iter_mut().zip(groups))
-            .map(|(spectrum, kind)| {
-                let lines = match kind {
-                    Kind::One => half,
-                    Kind::Two => self.width,
-                };
-                spectrum.resize(lines * height, ZERO);
-                let (lower, upper) = spectrum.split_at_mut(half * height);
-                (lower.chunks_mut(height), upper.chunks_mut(height).rev())
-            })
-            .collect();
-        let mut jobs = Vec::with_capacity(half * groups.len());
-        for m in 0..half {
-            for (lower, upper) in &mut rows {
-                let mirror = if (1..=mirrors).contains(&m) {
-                    upper.next()
+        spectrum.par_chunks_mut(height).enumerate().for_each_init(
+            || vec![ZERO; plan.get_inplace_scratch_len()],
+            |scratch, (m, row)| {
+                if m < active {
+                    fill(m, row);
+                    plan.process_with_scratch(row, scratch);
                 } else {
-                    None
-                };
-                jobs.push((lower.next().unwrap_or_default(), mirror.unwrap_or_default()));
-            }
+                    row.fill(ZERO);
+                }
+            },
+        );
+        real_rows(&self.real_x, spectrum, height, rows, out, write);
+    }
+
+    /// Transforms two real fields at once: the real parts of the samples are the first, the imaginary parts the second.
+    /// `fill(m, first, second)` writes row `m` of both half spectra for `m < active`. The first `rows` rows of samples, x
+    /// fastest, go to `write` with their part of `out`.
+    pub fn pair<U: Send>(
+        &mut self,
+        active: usize,
+        fill: impl Fn(usize, &mut [Complex32], &mut [Complex32]) + Sync,
+        rows: usize,
+        out: &mut [U],
+        write: impl Fn(&[Complex32], &mut [U]) + Sync,
+    ) {
+        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        self.spectrum.resize((width * height).max(half * height), ZERO);
+        let active = active.min(half);
+        let (lower, upper) = self.spectrum[..width * height].split_at_mut(half * height);
+        let both = width - half;
+        let plan = &self.along_z;
+        let work = || {
+            (
+                vec![ZERO; height],
+                vec![ZERO; height],
+                vec![ZERO; plan.get_inplace_scratch_len()],
+            )
+        };
+        {
+            let (mut a, mut b, mut scratch) = work();
+            // Row 0 is its own mirror image; the Nyquist row of an even width is zero.
+            fill(0, &mut a, &mut b);
+            vectorised(|| direct(&mut lower[..height], &a, &b));
+            plan.process_with_scratch(&mut lower[..height], &mut scratch);
+            lower[(both + 1) * height..].fill(ZERO);
         }
-        jobs.par_chunks_mut(groups.len().max(1))
+        lower[height..(both + 1) * height]
+            .par_chunks_mut(height)
+            .zip(upper.par_chunks_mut(height).rev())
             .enumerate()
-            .for_each_init(
-                || (state(), work()),
-                |(state, scratch), (m, rows)| {
-                    if m < active {
-                        begin(state, m);
-                    }
-                    for (group, ((row, mirror), kind)) in rows.iter_mut().zip(groups).enumerate() {
-                        if m >= active || (*kind == Kind::Two && m > mirrors) {
-                            row.fill(ZERO);
-                            mirror.fill(ZERO);
-                            continue;
-                        }
-                        let Scratch { a, b, plan: buffer } = &mut *scratch;
-                        match kind {
-                            Kind::One => fill(state, m, group, row, b),
-                            Kind::Two => {
-                                fill(state, m, group, a, b);
-                                vectorised(|| direct(row, a, b));
-                            }
-                        }
-                        plan.process_with_scratch(row, buffer);
-                        if !mirror.is_empty() {
-                            vectorised(|| mirrored(mirror, a, b));
-                            plan.process_with_scratch(mirror, buffer);
-                        }
-                    }
-                },
-            );
-    }
-
-    /// Finishes the transform of the one field of `group`: the first `rows` rows of its samples, x fastest, go to `write` with
-    /// their part of `out`.
-    pub fn one<U: Send>(
-        &self,
-        group: usize,
-        rows: usize,
-        out: &mut [U],
-        write: impl Fn(&[f32], &mut [U]) + Sync + Send,
-    ) {
-        real_rows(&self.real_x, &self.spectra[group], self.height, rows, out, write);
-    }
-
-    /// The same for the two fields of `group`, as the real and the imaginary parts of samples.
-    pub fn two<U: Send>(
-        &self,
-        group: usize,
-        rows: usize,
-        out: &mut [U],
-        write: impl Fn(&[Complex32], &mut [U]) + Sync + Send,
-    ) {
-        complex_rows(&self.along_x, &self.spectra[group], self.height, rows, out, write);
+            .for_each_init(work, |(a, b, scratch), (index, (row, mirror))| {
+                let m = index + 1;
+                if m >= active {
+                    row.fill(ZERO);
+                    mirror.fill(ZERO);
+                    return;
+                }
+                fill(m, a, b);
+                vectorised(|| {
+                    direct(row, a, b);
+                    mirrored(mirror, a, b);
+                });
+                plan.process_with_scratch(row, scratch);
+                plan.process_with_scratch(mirror, scratch);
+            });
+        complex_rows(
+            &self.along_x,
+            &self.spectrum[..width * height],
+            height,
+            rows,
+            out,
+            write,
+        );
     }
 
     /// Runs so many real and complex transforms over whatever stands in the work space and writes each one's samples to a
     /// place of its own: what their fields cost at least.
     pub fn alone(&mut self, real: usize, complex: usize) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectra.resize_with(real + complex, Vec::new);
+        self.spectrum.resize((width * height).max(half * height), ZERO);
         self.samples.resize((real + 2 * complex) * width * height, 0.0);
         let along_z = &self.along_z;
         let columns = |spectrum: &mut [Complex32]| {
@@ -254,9 +226,8 @@ impl Transform {
             );
         };
         let (first, second) = self.samples.split_at_mut(2 * complex * width * height);
-        let (twos, ones) = self.spectra.split_at_mut(complex);
-        for (samples, spectrum) in first.chunks_mut(2 * width * height).zip(twos) {
-            spectrum.resize(width * height, ZERO);
+        for samples in first.chunks_mut(2 * width * height) {
+            let spectrum = &mut self.spectrum[..width * height];
             columns(spectrum);
             complex_rows(&self.along_x, spectrum, height, height, samples, |row, out| {
                 for (out, value) in out.as_chunks_mut().0.iter_mut().zip(row) {
@@ -264,8 +235,8 @@ impl Transform {
                 }
             });
         }
-        for (samples, spectrum) in second.chunks_mut(width * height).zip(ones) {
-            spectrum.resize(half * height, ZERO);
+        for samples in second.chunks_mut(width * height) {
+            let spectrum = &mut self.spectrum[..half * height];
             columns(spectrum);
             real_rows(&self.real_x, spectrum, height, height, samples, |row, out| {
                 out.copy_from_slice(row);
@@ -305,7 +276,7 @@ fn real_rows<U: Send>(
     height: usize,
     rows: usize,
     out: &mut [U],
-    write: impl Fn(&[f32], &mut [U]) + Sync + Send,
+    write: impl Fn(&[f32], &mut [U]) + Sync,
 ) {
     let scratch = || (plan.make_scratch_vec(), plan.make_output_vec());
     by_rows(
@@ -337,7 +308,7 @@ fn complex_rows<U: Send>(
     height: usize,
     rows: usize,
     out: &mut [U],
-    write: impl Fn(&[Complex32], &mut [U]) + Sync + Send,
+    write: impl Fn(&[Complex32], &mut [U]) + Sync,
 ) {
     let scratch = || vec![ZERO; plan.get_inplace_scratch_len()];
     by_rows(columns, height, rows, out, scratch, |scratch, row, out| {

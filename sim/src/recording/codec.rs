@@ -81,6 +81,38 @@ pub(super) struct StoredHeader {
     pub(super) planes: Vec<StoredPlane>,
 }
 
+/// What some meshes look like; behind the arrays of the header.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct StoredLooks {
+    pub(super) looks: Vec<StoredLook>,
+    pub(super) planes: Vec<StoredPlane>,
+}
+
+/// The materials of one mesh; which triangle has which is a plane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct StoredLook {
+    /// Number of the mesh; they ascend.
+    pub(super) mesh: u32,
+    pub(super) materials: Vec<StoredMaterial>,
+}
+
+/// A material.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct StoredMaterial {
+    pub(super) color: [f32; 3],
+    /// Roughness and metalness.
+    pub(super) shine: Option<[f32; 2]>,
+    pub(super) texture: Option<StoredTexture>,
+}
+
+/// A texture; its texels are planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct StoredTexture {
+    pub(super) size: [u32; 2],
+    /// What is beyond its borders: 0 the same again, 1 mirrored, 2 the texel at the border.
+    pub(super) wrap: [u8; 2],
+}
+
 /// A frame; its time stands in the chunk header.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct StoredFrame {

@@ -1,6 +1,7 @@
 //! A scene as the payload of a file's first chunk: everything needed to draw the frames on another machine.
 
 use super::codec::{self, MAX_HEADER_STRUCTURE, StoredHeader, StoredMesh, StoredPlane, StoredSky};
+use super::looks;
 use super::plane::{self, Layout};
 use crate::frame::Channels;
 use crate::grid::{Grid, GridSpec};
@@ -87,6 +88,7 @@ pub(super) fn encode(scene: &Scene, channels: Channels, out: &mut Vec<u8>) -> Re
     let start = out.len();
     codec::put(&stored, MAX_HEADER_STRUCTURE, out)?;
     out.extend_from_slice(&pack.data);
+    looks::encode(&scene.meshes, out)?;
     // A scene that a reader would refuse is refused now, while there is nothing to lose.
     match decode(&out[start..], u64::MAX) {
         Ok(_) => Ok(()),
@@ -95,10 +97,11 @@ pub(super) fn encode(scene: &Scene, channels: Channels, out: &mut Vec<u8>) -> Re
     }
 }
 
+/// Arrays that are being stored.
 #[derive(Default)]
-struct Packer {
-    planes: Vec<StoredPlane>,
-    data: Vec<u8>,
+pub(super) struct Packer {
+    pub(super) planes: Vec<StoredPlane>,
+    pub(super) data: Vec<u8>,
 }
 
 impl Packer {
@@ -112,7 +115,7 @@ impl Packer {
         Ok(())
     }
 
-    fn integers(&mut self, values: &[u32], row: usize) -> Result<(), String> {
+    pub(super) fn integers(&mut self, values: &[u32], row: usize) -> Result<(), String> {
         let layout = Layout::new(values.len(), row);
         self.planes
             .push(plane::pack_integers(values, layout, &mut self.data)?);
@@ -248,20 +251,20 @@ pub(super) fn decode(payload: &[u8], limit: u64) -> Result<Header, HeaderError> 
         bytes += plane.check(*layout)?;
         decoded += 4 * layout.count as u64;
     }
-    if bytes != data.len() as u64 {
-        return Err(format!("its arrays take {bytes} bytes, {} are there", data.len()).into());
-    }
+    let arrays = usize::try_from(bytes).ok().and_then(|n| data.split_at_checked(n));
+    let (arrays, behind) =
+        arrays.ok_or_else(|| format!("its arrays take {bytes} bytes, {} are there", data.len()))?;
     if decoded > limit {
         return Err(HeaderError::TooLarge(decoded));
     }
-    let mut unpack = Unpacker {
-        planes: stored.planes.iter().zip(layouts),
-        data,
-    };
+    let mut unpack = Unpacker::new(stored.planes.iter().zip(layouts), arrays);
     let terrain = terrain.map(|spec| unpack.grid(spec)).transpose()?;
     let mut meshes = Vec::with_capacity(stored.meshes.len());
     for mesh in &stored.meshes {
         meshes.push(unpack.mesh(mesh)?);
+    }
+    if !behind.is_empty() {
+        looks::decode(behind, &mut meshes, limit - decoded)?;
     }
     let sky = stored.sky.map(|sky| unpack.sky(sky)).transpose()?;
     let initial_elevation = stored
@@ -326,12 +329,17 @@ fn layouts(stored: &StoredHeader, grid: GridSpec, terrain: Option<GridSpec>) -> 
     Ok(list)
 }
 
-struct Unpacker<'a, I> {
+/// Arrays that are being read.
+pub(super) struct Unpacker<'a, I> {
     planes: I,
     data: &'a [u8],
 }
 
-impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
+impl<'a, 'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'a, I> {
+    pub(super) fn new(planes: I, data: &'a [u8]) -> Self {
+        Self { planes, data }
+    }
+
     fn next(&mut self) -> Result<(&'p StoredPlane, Layout), String> {
         self.planes
             .next()
@@ -350,7 +358,7 @@ impl<'p, I: Iterator<Item = (&'p StoredPlane, Layout)>> Unpacker<'_, I> {
         Ok(values)
     }
 
-    fn integers(&mut self) -> Result<Vec<u32>, String> {
+    pub(super) fn integers(&mut self) -> Result<Vec<u32>, String> {
         let (plane, layout) = self.next()?;
         let mut values = vec![0; layout.count];
         let mut tasks = Vec::new();

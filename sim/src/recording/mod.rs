@@ -16,6 +16,7 @@ mod fitted;
 mod frame_payload;
 mod header;
 mod index;
+mod looks;
 mod plane;
 mod predict;
 mod quantise;

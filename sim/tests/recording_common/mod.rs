@@ -4,7 +4,7 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 use meniscus_sim::glam::{Quat, UVec2, Vec2, Vec3};
-use meniscus_sim::mesh::TriangleMesh;
+use meniscus_sim::mesh::{Material, Shine, Texture, TriangleMesh, Wrap};
 use meniscus_sim::rng::Rng;
 use meniscus_sim::scene::Panorama;
 use meniscus_sim::scene::description::Description;
@@ -29,7 +29,8 @@ pub fn scene(size: UVec2, tolerance: f32) -> Scene {
         texcoords: vec![Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE],
         triangles: vec![[0, 1, 2], [2, 1, 3]],
         base_color: Vec3::new(0.2, 0.3, 0.4),
-        ..TriangleMesh::default()
+        materials: materials(),
+        material_of: vec![1, 0],
     };
     let sky = Panorama {
         size: UVec2::new(8, 4),
@@ -45,6 +46,30 @@ pub fn scene(size: UVec2, tolerance: f32) -> Scene {
         Some(Grid::from_fn(grid, |i, j| (0.1 * (i + 2 * j) as f32).cos())),
     )
     .unwrap()
+}
+
+/// A painted and a shiny one.
+fn materials() -> Vec<Material> {
+    let texture = Texture {
+        size: UVec2::new(3, 2),
+        texels: (0..6).map(|k| [k, 40 * k, 255 - k]).collect(),
+        wrap: [Wrap::Clamp, Wrap::Mirror],
+    };
+    let painted = Material {
+        color: Vec3::new(0.9, 0.5, 0.25),
+        texture: Some(texture),
+        shine: None,
+    };
+    let shine = Shine {
+        roughness: 0.3,
+        metallic: 1.0,
+    };
+    let shiny = Material {
+        color: Vec3::splat(0.2),
+        texture: None,
+        shine: Some(shine),
+    };
+    vec![painted, shiny]
 }
 
 /// A scene with nothing but its grid; at least two samples along each axis.

@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use meniscus_sim::dispersion::Dispersion;
 use meniscus_sim::glam::{DVec2, UVec2};
 use meniscus_sim::ocean::lattice::{Cells, Draw, Lattice};
-use meniscus_sim::ocean::patch::{Field, Group, Patch};
+use meniscus_sim::ocean::patch::{Field, Patch};
 use meniscus_sim::ocean::sea::WaveField;
 use meniscus_sim::ocean::transform::Transform;
 use meniscus_sim::ocean::{Ocean, Sampling};
@@ -220,8 +220,8 @@ fn forty_draws(spectrum: Spectrum, spreading: Spreading, probe: &mut Probe) -> a
             let size = draw.size.as_usizevec2();
             heights.resize(size.element_product(), 0.0);
             probe.time(|| {
-                patch.turn(3.0, &[Group::One(Field::Elevation)], &mut work);
-                work.one(0, size.y, &mut heights, |row, out| {
+                patch.turn(3.0, &[Field::Elevation], &mut work);
+                patch.one(Field::Elevation, &mut work, size.y, &mut heights, |row, out| {
                     out.copy_from_slice(row);
                 });
             });
@@ -278,11 +278,11 @@ fn points(quick: bool) -> Case {
 }
 
 /// The eight fields of a choppy, lit, foaming sea.
-const EIGHT: [Group; 4] = [
-    Group::Two(Field::Elevation, Field::StretchXZ),
-    Group::Two(Field::DisplacementX, Field::DisplacementZ),
-    Group::Two(Field::SlopeX, Field::SlopeZ),
-    Group::Two(Field::StretchXX, Field::StretchZZ),
+const EIGHT: [(Field, Field); 4] = [
+    (Field::Elevation, Field::StretchXZ),
+    (Field::DisplacementX, Field::DisplacementZ),
+    (Field::SlopeX, Field::SlopeZ),
+    (Field::StretchXX, Field::StretchZZ),
 ];
 
 fn costs(quick: bool) -> Case {
@@ -351,10 +351,10 @@ fn costs(quick: bool) -> Case {
             let mut work = patch.work();
             let mut out = EIGHT.map(|_| vec![[0.0; 2]; (samples * samples) as usize]);
             let mut frame = move |k: u32| {
-                patch.turn(0.04 * f64::from(k), &EIGHT, &mut work);
-                for (group, out) in out.iter_mut().enumerate() {
+                patch.turn(0.04 * f64::from(k), &[Field::Elevation], &mut work);
+                for (fields, out) in EIGHT.into_iter().zip(&mut out) {
                     let rows = samples as usize;
-                    work.two(group, rows, out, |row, out| {
+                    patch.two(fields, &mut work, rows, out, |row, out| {
                         for (out, value) in out.iter_mut().zip(row) {
                             *out = [value.re, value.im];
                         }

@@ -95,7 +95,7 @@ fn point_drop(quick: bool) -> anyhow::Result<Case> {
     let splits: &[f32] = if quick {
         &[1.0, 0.5]
     } else {
-        &[1.2, 0.9, 0.6, 0.45, 0.3, 0.2, 0.1]
+        &[1.2, 1.0, 0.7, 0.5, 0.3, 0.2, 0.1]
     };
     for (label, law, train) in laws {
         for &split in splits {
