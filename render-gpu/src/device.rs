@@ -2,6 +2,7 @@
 
 use crate::AdapterDescription;
 use crate::adapters::{self, DeviceError};
+use crate::shader::Constants;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Names the adapter to use, by a part of its name; the best one without.
@@ -25,6 +26,8 @@ pub struct Gpu {
     pub description: AdapterDescription,
     /// Nanoseconds a tick of timestamp queries, where passes can be timed.
     pub tick: Option<f32>,
+    /// Where its shaders find what is the same for all threads.
+    pub constants: Constants,
     trouble: Arc<Mutex<Trouble>>,
     /// Whether somebody else uses the device too.
     shared: bool,
@@ -35,6 +38,15 @@ impl Drop for Gpu {
     fn drop(&mut self) {
         if !self.shared {
             self.device.destroy();
+        }
+    }
+}
+
+impl Constants {
+    fn of(adapter: &wgpu::AdapterInfo) -> Self {
+        match adapter.device_type {
+            wgpu::DeviceType::Cpu => Self::Storage,
+            _ => Self::Uniform,
         }
     }
 }
@@ -72,6 +84,10 @@ impl Gpu {
                 max_texture_dimension_2d: theirs.max_texture_dimension_2d,
                 max_buffer_size: theirs.max_buffer_size,
                 max_storage_buffer_binding_size: theirs.max_storage_buffer_binding_size,
+                max_storage_buffers_per_shader_stage: match Constants::of(&adapter.get_info()) {
+                    Constants::Uniform => defaults.max_storage_buffers_per_shader_stage,
+                    Constants::Storage => theirs.max_storage_buffers_per_shader_stage,
+                },
                 ..defaults
             },
             ..Default::default()
@@ -99,11 +115,20 @@ impl Gpu {
         });
         Self {
             tick: timed.then(|| queue.get_timestamp_period()),
+            constants: Constants::of(info),
             device,
             queue,
             description: adapters::describe(info),
             trouble,
             shared,
+        }
+    }
+
+    /// The usage of buffers that hold what is the same for all threads.
+    pub(crate) fn constants_usage(&self) -> wgpu::BufferUsages {
+        match self.constants {
+            Constants::Uniform => wgpu::BufferUsages::UNIFORM,
+            Constants::Storage => wgpu::BufferUsages::STORAGE,
         }
     }
 

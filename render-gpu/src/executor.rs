@@ -214,7 +214,7 @@ impl Executor {
                     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some("which"),
                         size: 16,
-                        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                        usage: gpu.constants_usage() | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: false,
                     });
                     gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(which));

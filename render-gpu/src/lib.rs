@@ -32,6 +32,8 @@ mod held;
 #[cfg(feature = "wgpu")]
 mod hierarchy;
 #[cfg(feature = "wgpu")]
+mod knobs;
+#[cfg(feature = "wgpu")]
 mod limits;
 #[cfg(feature = "wgpu")]
 mod meshes;
@@ -66,6 +68,8 @@ pub mod work;
 
 #[cfg(feature = "wgpu")]
 pub use foreign::Foreign;
+#[cfg(feature = "wgpu")]
+pub use knobs::{Knob, Value};
 #[cfg(feature = "wgpu")]
 pub use renderer::{GpuRenderer, MetPixel, pass_names};
 #[cfg(feature = "wgpu")]

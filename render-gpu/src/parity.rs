@@ -52,7 +52,10 @@ fn computed(
     };
     use wgpu::BufferUsages as Usage;
     let given = buffer(input.len() as u64, Usage::STORAGE | Usage::COPY_DST);
-    let uniform = buffer(size_of::<StageUniform>() as u64, Usage::UNIFORM | Usage::COPY_DST);
+    let uniform = buffer(
+        size_of::<StageUniform>() as u64,
+        gpu.constants_usage() | Usage::COPY_DST,
+    );
     let output = buffer(size, Usage::STORAGE | Usage::COPY_SRC);
     let readable = buffer(size, Usage::MAP_READ | Usage::COPY_DST);
     gpu.queue.write_buffer(&given, 0, input);

@@ -172,7 +172,7 @@ impl Pipelines {
 
 fn make(gpu: &Gpu, recipe: &Recipe) -> Result<Made, ShaderError> {
     let device = &gpu.device;
-    let source = assemble(&recipe.switches, &recipe.pieces);
+    let source = assemble(&recipe.switches, &recipe.pieces, gpu.constants);
     let entries: Vec<&'static str> = match &recipe.stage {
         StageRecipe::Compute(entry) => vec![entry],
         StageRecipe::Draw { vertex, fragment, .. } => vec![vertex, fragment],
@@ -278,7 +278,7 @@ fn make(gpu: &Gpu, recipe: &Recipe) -> Result<Made, ShaderError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::Piece;
+    use crate::shader::{Constants, Piece};
 
     /// Every entry point with every choice of pieces that a scene can make.
     #[test]
@@ -297,7 +297,8 @@ mod tests {
                     };
                     let passes = crate::techniques::passes(&facts, &settings);
                     for pass in passes.graph.passes() {
-                        let source = assemble(&settings.switches, &pass.work.pieces);
+                        let pieces = &pass.work.pieces;
+                        let source = assemble(&settings.switches, pieces, Constants::Uniform);
                         let points: Vec<&'static str> = match &pass.work.action {
                             crate::work::Action::Compute { entry, .. } => vec![entry],
                             crate::work::Action::Draw { vertex, fragment, .. } => vec![vertex, fragment],
@@ -307,6 +308,12 @@ mod tests {
                         }
                         let slots =
                             reflect(&source, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+                        if walk == crate::Walk::default() && heights == crate::Heights::default() {
+                            let elsewhere = assemble(&settings.switches, pieces, Constants::Storage);
+                            let same =
+                                reflect(&elsewhere, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+                            assert!(slots.iter().map(|s| &s.name).eq(same.iter().map(|s| &s.name)));
+                        }
                         // What a mid-range device and WebGPU's core give a stage.
                         let storage = slots.iter().filter(|s| {
                             matches!(

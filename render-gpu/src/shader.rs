@@ -200,11 +200,25 @@ pub fn prelude(switches: &Switches) -> String {
     text
 }
 
+/// Where shaders find the numbers that are the same for all threads. Both have the same layout.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Constants {
+    /// In uniform buffers, which adapters keep close at hand.
+    #[default]
+    Uniform,
+    /// In storage buffers. Software drivers translate a shader anew for every set of values of the uniforms that its branches
+    /// depend on (Mesa's lavapipe: a translation and 12 MB a frame, which it keeps); what lies in storage they only read.
+    Storage,
+}
+
 /// The source of one shader: constants, then the pieces in order.
-pub fn assemble(switches: &Switches, pieces: &[Piece]) -> String {
+pub fn assemble(switches: &Switches, pieces: &[Piece], constants: Constants) -> String {
     let mut text = prelude(switches);
     for piece in pieces {
         let _ = write!(text, "\n// ---- {}\n{}", piece.path(), piece.text());
     }
-    text
+    match constants {
+        Constants::Uniform => text,
+        Constants::Storage => text.replace("var<uniform>", "var<storage, read>"),
+    }
 }

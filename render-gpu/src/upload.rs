@@ -43,7 +43,7 @@ impl Uploaded {
         let storage = Usage::STORAGE;
         let buffers = &mut self.buffers;
         let size = size_of::<StageUniform>() as u64;
-        let (uniform, _) = buffers.fit(gpu, "stage", size, Usage::UNIFORM);
+        let (uniform, _) = buffers.fit(gpu, "stage", size, gpu.constants_usage());
         globals.insert("stage", Physical::Buffer(uniform));
         let (heights, new_heights) = buffers.fit(gpu, names::HEIGHTS, 4 * facts.height_words(), storage);
         let put = |shape: &FieldShape, words: &[u32]| {
@@ -129,8 +129,12 @@ impl Uploaded {
             let field = plan.build(fixed);
             let values = bytemuck::cast_slice(&field.values);
             self.buffers.write(gpu, names::VOXELS, values, Usage::STORAGE);
-            self.buffers
-                .write(gpu, PLACE, bytemuck::bytes_of(&field.place), Usage::UNIFORM);
+            self.buffers.write(
+                gpu,
+                PLACE,
+                bytemuck::bytes_of(&field.place),
+                gpu.constants_usage(),
+            );
             self.voxels = Some(plan.clone());
             self.voxel_fields += 1;
         }

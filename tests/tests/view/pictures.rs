@@ -264,9 +264,13 @@ fn the_list_of_keys_and_a_small_window() {
     for _ in 0..4 {
         window.step();
     }
-    window.get_by_label("split, flicker, difference");
+    window.get_by_label("split, flicker, difference, tile");
     window.key_press(egui::Key::Escape);
     window.step();
     window.step();
-    assert!(window.query_by_label("split, flicker, difference").is_none());
+    assert!(
+        window
+            .query_by_label("split, flicker, difference, tile")
+            .is_none()
+    );
 }

@@ -1,15 +1,17 @@
 //! What the window does, without a window.
 
 use crate::support::{BASIN, Driven, Folder, TRAY, player, wait};
+use meniscus::app::model::clip::Clip;
 use meniscus::app::model::drawing::Made;
 use meniscus::app::model::live::Command;
 use meniscus::app::model::nobody;
 use meniscus::app::model::player::{Mode, Player};
 use meniscus::app::model::quality::Quality;
 use meniscus::app::model::recent::Recent;
-use meniscus::app::model::renderers::{self, Choices};
+use meniscus::app::model::renderers::{self, Choices, Turned};
 use meniscus::app::model::session::RecordingState;
 use meniscus::app::model::touch::{Pointer, Tool};
+use meniscus_render_gpu::Value;
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::events::Action;
 use meniscus_sim::glam::Vec2;
@@ -174,6 +176,117 @@ fn two_renderers_are_compared_with_error_and_time_of_each() {
     let (passes, few) = driven.until("passes", |p| noise(p, 4));
     let (_, more) = driven.until("more passes", |p| noise(p, 4 * passes));
     assert!(more < few, "{more} after {few}");
+}
+
+/// The middle is drawn only when nothing moves, and is the middle.
+#[test]
+fn a_reference_tile_is_drawn_at_rest_and_held_against_the_picture() {
+    let folder = Folder::new();
+    let mut driven = Driven::opened(&folder.record("run.mrec", TRAY));
+    driven.player.quality = Quality::Full;
+    driven.player.compare.on = true;
+    driven.player.compare.mode = Mode::Tile;
+    let names: Vec<String> = driven
+        .player
+        .choices
+        .list
+        .iter()
+        .filter(|c| !c.gpu)
+        .map(|c| c.name.to_owned())
+        .collect();
+    driven.player.compare.renderer.clone_from(&names[0]);
+    assert!(driven.picture().right.is_none());
+    driven.pass(0.5);
+    let tile = |p: &mut Player| p.drawn.clone().filter(|d| d.right.is_some());
+    let same = driven.until("a tile", tile);
+    let right = same.right.as_ref().unwrap();
+    assert_eq!(right.size.to_array(), [16, 10]);
+    let difference = same.difference.as_ref().unwrap();
+    assert_eq!(difference.pixels.len(), 160);
+    // Samples lie elsewhere in the pixels, so it is not the same to the bit; a pixel aside it is less so.
+    let apart = |x: usize, y: usize| -> u32 {
+        let of = |k: usize, c: usize| {
+            let whole = same.left.pixels[(y + k / 16) * 48 + x + k % 16][c];
+            u32::from(whole.abs_diff(right.pixels[k][c]))
+        };
+        (0..160).map(|k| of(k, 0) + of(k, 1) + of(k, 2)).sum()
+    };
+    let there = apart(16, 11);
+    for (x, y) in [(15, 11), (17, 11), (16, 10), (16, 12)] {
+        assert!(there < apart(x, y), "{there} against {} at {x}, {y}", apart(x, y));
+    }
+    // One with noise gets better while nothing moves, and goes when something does.
+    driven.player.compare.renderer.clone_from(&names[1]);
+    driven.pass(0.5);
+    driven.until("passes", |p| {
+        let right = p.drawn.as_ref()?.right.as_ref()?;
+        (right.renderer == names[1] && right.passes >= 4).then_some(())
+    });
+    driven
+        .player
+        .session
+        .as_mut()
+        .unwrap()
+        .camera
+        .orbit(Vec2::new(0.2, 0.0));
+    driven.pass(0.02);
+    driven.until("a picture alone", |p| {
+        p.drawn.as_ref()?.right.is_none().then_some(())
+    });
+}
+
+/// The renderer lists what can be changed; what is changed shows in the next picture, and the defaults come back.
+#[test]
+fn knobs_of_a_renderer_are_listed_by_it_and_change_the_picture() {
+    let folder = Folder::new();
+    let player = Player::new(
+        Choices::with_adapter(Some("card".into())),
+        Recent::default(),
+        nobody(),
+    )
+    .unwrap();
+    let mut driven = Driven::new(player);
+    driven.player.open(&folder.record("run.mrec", TRAY), Vec::new());
+    driven.player.quality = Quality::Half;
+    driven.until("the first frame", |p| {
+        let session = p.session.as_mut()?;
+        session.clock.playing = false;
+        session.moment.clone()
+    });
+    let name = driven.player.renderer.clone();
+    let before = driven.picture();
+    let listed = renderers::knobs(&name, &Turned::new());
+    let switch = listed.iter().find(|k| k.name == "absorption").unwrap();
+    assert!(switch.remakes && switch.value == Value::Switch(true));
+    assert!(renderers::knobs("whitted", &Turned::new()).is_empty());
+    let turned = Turned::from([(switch.name, Value::Switch(false))]);
+    driven.player.turned.insert(name.clone(), turned);
+    let clear = driven.picture();
+    assert_ne!(before.left.pixels, clear.left.pixels);
+    driven.player.turned.remove(&name);
+    assert_eq!(driven.picture().left.pixels, before.left.pixels);
+}
+
+#[test]
+fn a_clip_has_the_frames_that_were_asked_for() {
+    let folder = Folder::new();
+    let mut driven = Driven::opened(&folder.record("run.mrec", TRAY));
+    driven.player.clip = Clip {
+        first: 2,
+        last: 4,
+        size: 0,
+        kind: 2,
+        samples: 1,
+    };
+    driven.player.write_clip(&folder.path(""));
+    assert!(driven.player.clipping().is_some());
+    driven.until("the clip", |p| p.clipping().is_none().then_some(()));
+    for k in 0..=5 {
+        let file = folder.path(&format!("run_{k:06}.png"));
+        assert_eq!(file.exists(), (2..=4).contains(&k), "{}", driven.messages());
+    }
+    let drawn = image::open(folder.path("run_000003.png")).unwrap();
+    assert_eq!((drawn.width(), drawn.height()), (480, 270));
 }
 
 #[test]

@@ -60,6 +60,7 @@ pub struct Viewer {
     /// How long each update took on this thread.
     pub timing: Timing,
     textures: Textures,
+    curves: panels::plots::Curves,
     start: Instant,
     /// Pixels of the picture's place.
     pixels: UVec2,
@@ -77,6 +78,7 @@ impl Viewer {
             folder,
             timing: Timing::default(),
             textures: Textures::sharing(None),
+            curves: panels::plots::Curves::default(),
             start: Instant::now(),
             pixels: UVec2::ZERO,
             title: String::new(),
@@ -127,7 +129,8 @@ impl Viewer {
                     .default_size(230.0)
                     .size_range(140.0..=700.0)
                     .show(ui, |ui| {
-                        panels::plots::show(ui, &mut self.player, &mut self.layout, &self.folder)
+                        let (player, layout) = (&mut self.player, &mut self.layout);
+                        panels::plots::show(ui, player, layout, &mut self.curves, &self.folder);
                     });
             }
             if self.layout.side {

@@ -14,6 +14,9 @@ use std::fmt;
 pub struct Expectations {
     /// Name of the study.
     pub study: String,
+    /// Cases that the quick study leaves out: what is expected of them is expected of the full study alone.
+    #[serde(default)]
+    pub full_only: Vec<String>,
     /// Orders of convergence.
     #[serde(default)]
     pub order: Vec<Order>,
@@ -190,6 +193,21 @@ impl Expectations {
     /// What the TOML reader says, with the line.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
         toml::from_str(text)
+    }
+
+    /// The expectations of a quick study that took `rows`: those that name a case of [`Self::full_only`] go, unless it was
+    /// taken after all.
+    #[must_use]
+    pub fn of_quick(mut self, rows: &[Row]) -> Self {
+        let left_out = std::mem::take(&mut self.full_only);
+        let taken = |selector: &Selector| {
+            let missing = |case: &String| left_out.contains(case) && rows.iter().all(|row| row.case != *case);
+            !selector.case.as_ref().is_some_and(missing)
+        };
+        self.order.retain(|e| taken(&e.rows));
+        self.bound.retain(|e| taken(&e.rows));
+        self.ratio.retain(|e| taken(&e.of) && taken(&e.to));
+        self
     }
 
     /// The expectations about `rows`, which are part of the study's, without those of processor time.
@@ -425,6 +443,28 @@ mod tests {
         bad[1].note = "volume lost".to_owned();
         let failed = failures(&bad);
         assert!(failed.len() == 1 && failed[0].contains("1 of 4") && failed[0].contains("volume lost"));
+    }
+
+    #[test]
+    fn a_quick_study_is_not_asked_for_what_it_leaves_out() {
+        let text = FILE
+            .replace("[[order]]", "full_only = [\"other\", \"a case\"]\n[[order]]")
+            .replace("rows = { method", "rows = { case = \"other\", method");
+        let of_quick = |rows: &[Row]| Expectations::parse(&text).unwrap().of_quick(rows).check(rows);
+        let rows = rows(2.0);
+        // The order and the bound name a case without rows; the ratio names none.
+        assert_eq!(of_quick(&rows).len(), 2);
+        assert!(of_quick(&rows).iter().all(|v| v.holds));
+        let full = Expectations::parse(&text).unwrap().check(&rows);
+        assert_eq!(full.iter().filter(|v| !v.holds).count(), 2);
+        // What was taken after all is held to its bar.
+        let mut taken = rows.clone();
+        taken.extend(rows.iter().map(|row| Row {
+            case: "other".to_owned(),
+            method: "another".to_owned(),
+            ..row.clone()
+        }));
+        assert_eq!(of_quick(&taken).len(), 4);
     }
 
     #[test]

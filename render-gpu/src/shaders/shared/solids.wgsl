@@ -111,7 +111,9 @@ fn cast_model(o: vec3f, d: vec3f, root: u32, first: u32, t_max: f32) -> BodyHit 
         let start = solids[node].w;
         let count = solids[node + 1u].w;
         if count == 0u {
-            if top < 38 {
+            // Children stand behind their parent. Where a driver runs lanes that draw nothing and reads zeros for them, the
+            // walk would go on for ever otherwise.
+            if start > node && top < 38 {
                 stack[top] = start;
                 stack[top + 1] = start + 2u;
                 top += 2;

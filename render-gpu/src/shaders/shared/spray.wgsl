@@ -24,7 +24,9 @@ fn cast_spray(o: vec3f, d: vec3f, t_max: f32) -> vec2f {
         let first = spray[node].w;
         let count = spray[node + 1u].w;
         if count == 0u {
-            if top < 38 {
+            // Children stand behind their parent. Where a driver runs lanes that draw nothing and reads zeros for them, the
+            // walk would go on for ever otherwise.
+            if first > node && top < 38 {
                 stack[top] = first;
                 stack[top + 1] = first + 2u;
                 top += 2;

@@ -5,7 +5,8 @@
 
 use super::display::Display;
 use super::latest::Latest;
-use super::{Moment, Wake};
+use super::renderers::Turned;
+use super::{Moment, Wake, tile};
 use crate::cli::progressive::Passes;
 use eframe::wgpu;
 use meniscus_render_cpu::metrics::{Summary, flip};
@@ -57,6 +58,8 @@ pub struct Side {
     pub moment: Arc<Moment>,
     /// Name of the renderer.
     pub renderer: String,
+    /// What of it was changed.
+    pub turned: Turned,
 }
 
 /// What is to be drawn.
@@ -68,6 +71,8 @@ pub struct Order {
     pub left: Side,
     /// What it is compared with.
     pub right: Option<Side>,
+    /// Whether that is the middle of the picture alone, drawn after the picture is shown.
+    pub tile: bool,
     /// Whether their difference is asked for.
     pub difference: bool,
     /// From where, and how large.
@@ -78,6 +83,17 @@ pub struct Order {
     pub at_rest: bool,
     /// Whether the picture is wanted here although it could stay on the device.
     pub read: bool,
+}
+
+impl Order {
+    /// What is drawn of the first or the second picture.
+    fn view_of(&self, second: bool) -> View {
+        if second && self.tile {
+            tile::view(&self.view)
+        } else {
+            self.view.clone()
+        }
+    }
 }
 
 /// A picture as it is shown.
@@ -103,6 +119,8 @@ pub struct Picture {
     pub noise: Option<f64>,
     /// Time of the frame, seconds.
     pub time: f64,
+    /// Its number.
+    pub frame: u64,
     /// Linear radiance, unless it is on the device alone.
     image: Option<Arc<Image>>,
 }
@@ -245,7 +263,10 @@ impl Worker {
         let sides = std::iter::once(&order.left).chain(&order.right);
         let mut refined: Vec<Refined> = Vec::new();
         for side in sides {
-            match self.pass(order, side, None)? {
+            if order.tile && !refined.is_empty() {
+                self.show(Ok(finish(order, &refined)));
+            }
+            match self.pass(order, side, None, !refined.is_empty())? {
                 Some(first) => refined.push(first),
                 None => return Ok(()),
             }
@@ -260,7 +281,7 @@ impl Worker {
                     next.push(before);
                     continue;
                 }
-                match self.pass(order, side, Some(before))? {
+                match self.pass(order, side, Some(before), !next.is_empty())? {
                     Some(more) => next.push(more),
                     None => return Ok(()),
                 }
@@ -280,6 +301,7 @@ impl Worker {
         order: &Order,
         side: &Side,
         before: Option<Refined>,
+        second: bool,
     ) -> Result<Option<Refined>, Undrawn> {
         let undrawn = |message: String| Undrawn {
             number: order.number,
@@ -300,8 +322,9 @@ impl Worker {
         };
         let view = View {
             pass: passes.count(),
-            ..order.view.clone()
+            ..order.view_of(second)
         };
+        made.turn(&side.turned);
         let orders = &self.orders;
         let go_on = |_: f32| !Self::overtaken(orders, order.at_rest);
         let start = Instant::now();
@@ -327,7 +350,7 @@ impl Worker {
             Ok((_, Shown::Elsewhere)) => {
                 // The window's device is gone, and the renderer opened one of its own.
                 self.display = None;
-                return self.pass(order, side, None);
+                return self.pass(order, side, None, second);
             }
             Ok(drawn) => drawn,
             Err(RenderError::Interrupted) => return Ok(None),
@@ -351,7 +374,7 @@ impl Worker {
             Shown::Elsewhere => (None, None),
         };
         let picture = Picture {
-            size: order.view.size,
+            size: view.size,
             pixels: Vec::new(),
             texture,
             renderer: renderer.name(),
@@ -361,6 +384,7 @@ impl Worker {
             passes: passes.count().max(1),
             noise: passes.noise(),
             time: side.moment.frame.time,
+            frame: side.moment.frame.index,
             image,
         };
         Ok(Some(Refined {
@@ -421,8 +445,10 @@ fn finish(order: &Order, refined: &[Refined]) -> Drawn {
                 .map(|p| tonemap::srgb(map.display(*p)))
                 .collect()
         };
-        let first = refined[0].picture.image.as_ref()?;
         let second = second.picture.image.as_ref()?;
+        let first = refined[0].picture.image.as_ref()?;
+        let middle = (first.size != second.size).then(|| tile::cut(first, second.size));
+        let first = middle.as_ref().unwrap_or(first);
         let values = flip::flip(
             first.size,
             &display(second),

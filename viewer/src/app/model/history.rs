@@ -20,6 +20,8 @@ pub struct Row {
     pub report: Option<StepReport>,
     /// Seconds that solving or decoding took, and handing it to the recording.
     pub seconds: [f64; 2],
+    /// Seconds that drawing it took, where it was drawn.
+    pub drawing: Option<f64>,
     /// Elevation at the probe, metres.
     pub probe: Option<f32>,
 }
@@ -79,6 +81,7 @@ pub const QUANTITIES: [Quantity; 7] = [
         curves: &[
             ("solving or decoding", |row| Some(1e3 * row.seconds[0])),
             ("recording", |row| Some(1e3 * row.seconds[1])),
+            ("drawing", |row| Some(1e3 * row.drawing?)),
         ],
     },
     Quantity {
@@ -92,6 +95,7 @@ pub const QUANTITIES: [Quantity; 7] = [
 #[derive(Clone, Debug, Default)]
 pub struct History {
     rows: BTreeMap<u64, Row>,
+    changes: u64,
 }
 
 impl History {
@@ -104,9 +108,23 @@ impl History {
                 odd
             });
         }
+        self.changes += 1;
         let row = self.rows.entry(index).or_default();
         row.time = time;
         row
+    }
+
+    /// Drawing frame `index` took so many seconds; nothing if it is not known any more.
+    pub fn drawn(&mut self, index: u64, seconds: f64) {
+        if let Some(row) = self.rows.get_mut(&index) {
+            row.drawing = Some(seconds);
+            self.changes += 1;
+        }
+    }
+
+    /// Counts what may have changed: as long as it stands, the rows do.
+    pub fn changes(&self) -> u64 {
+        self.changes
     }
 
     /// The rows in order of time.
@@ -126,11 +144,13 @@ impl History {
 
     /// Forgets all.
     pub fn clear(&mut self) {
+        self.changes += 1;
         self.rows.clear();
     }
 
     /// Forgets what the probe saw, because it stands elsewhere now.
     pub fn clear_probe(&mut self) {
+        self.changes += 1;
         for row in self.rows.values_mut() {
             row.probe = None;
         }

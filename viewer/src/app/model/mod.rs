@@ -7,6 +7,7 @@
 pub mod camera;
 pub mod clip;
 pub mod clock;
+pub mod compare;
 pub mod display;
 pub mod drawing;
 pub mod history;
@@ -20,6 +21,7 @@ pub mod recent;
 pub mod renderers;
 pub mod replay;
 pub mod session;
+pub mod tile;
 pub mod touch;
 
 use meniscus_sim::{Frame, StepReport};

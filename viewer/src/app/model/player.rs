@@ -3,13 +3,14 @@
 use super::Wake;
 use super::camera::Camera;
 use super::clip::{self, Clip, Seen};
+pub use super::compare::{Compare, Mode};
 use super::drawing::{Drawing, Drawn, Make, Order};
 use super::latest::Latest;
 use super::live::Command;
 use super::messages::Messages;
 use super::quality::{Pace, Quality, divided};
 use super::recent::Recent;
-use super::renderers::{self, Choices};
+use super::renderers::{self, Choices, Turned};
 use super::replay::Replay;
 use super::session::Session;
 use super::touch::Pointer;
@@ -18,46 +19,9 @@ use crate::cli::{Console, Verbosity};
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::glam::UVec2;
 use meniscus_sim::render::PlanItem;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// How two pictures are shown at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// One beside the other, with a divider between.
-    #[default]
-    Split,
-    /// One after the other.
-    Flicker,
-    /// Their difference.
-    Difference,
-}
-
-impl Mode {
-    /// All of them, with their names.
-    pub const ALL: [(Self, &'static str); 3] = [
-        (Self::Split, "Split"),
-        (Self::Flicker, "Flicker"),
-        (Self::Difference, "Difference"),
-    ];
-}
-
-/// What is compared with what.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Compare {
-    /// Whether anything is.
-    pub on: bool,
-    /// How both are shown.
-    pub mode: Mode,
-    /// Name of the second renderer.
-    pub renderer: String,
-    /// Whether the second picture is of the other recording.
-    pub other: bool,
-    /// Share of the width that the first picture has.
-    pub divider: f32,
-    /// How often a second the pictures change places.
-    pub rate: f32,
-}
 
 /// Seconds without a change after which the view is at rest.
 const REST: f64 = 0.35;
@@ -91,6 +55,8 @@ pub struct Player {
     pub choices: Choices,
     /// Name of the renderer.
     pub renderer: String,
+    /// What of the renderers was changed, by their names.
+    pub turned: HashMap<String, Turned>,
     /// What is compared.
     pub compare: Compare,
     /// How many pixels are drawn.
@@ -166,6 +132,7 @@ impl Player {
                 rate: 2.0,
             },
             renderer,
+            turned: HashMap::new(),
             choices,
             quality: Quality::Auto,
             recent,
@@ -222,6 +189,11 @@ impl Player {
             self.messages
                 .error(format!("cannot start a thread that reads: {error}"));
         }
+    }
+
+    /// Which session is open, counted from the first.
+    pub fn session_number(&self) -> u64 {
+        self.sessions
     }
 
     /// The file that is being read.
@@ -344,6 +316,10 @@ impl Player {
                     let right = drawn.right.as_ref().map_or(0.0, |right| right.seconds);
                     self.pace.took(drawn.left.seconds + right);
                 }
+                // Of what is open; of what was open before nothing is plotted.
+                if let Some(session) = self.session.as_mut().filter(|_| drawn.number >= self.oldest) {
+                    session.history.drawn(drawn.left.frame, drawn.left.seconds);
+                }
                 let here = drawn.is_here();
                 self.drawn = Some(Arc::new(drawn));
                 if let Some(path) = self.shot.take_if(|_| here) {
@@ -373,13 +349,14 @@ impl Player {
     fn inputs(&self, pixels: UVec2) -> Option<Inputs> {
         let session = self.session.as_ref()?;
         let moment = session.moment.as_ref()?;
-        let mut renderers = self.renderer.clone();
+        let mut renderers = self.named(&self.renderer);
         let mut complete = true;
         if self.compare.on {
             let other = self.compare.other && session.other.is_some();
-            complete = !other || session.other_side(&self.renderer).is_some();
+            complete = !other || session.other_side(&self.renderer, &Turned::new()).is_some();
             renderers += if other { " | the other recording" } else { " | " };
-            renderers += &self.compare.renderer;
+            renderers += if self.tiles() { "in a tile, " } else { "" };
+            renderers += &self.named(&self.compare.renderer);
         }
         Some(Inputs {
             time: moment.frame.time,
@@ -393,6 +370,19 @@ impl Player {
             session: self.sessions,
             complete,
         })
+    }
+
+    /// A renderer's name, with what was changed of it.
+    fn named(&self, renderer: &str) -> String {
+        match self.turned.get(renderer) {
+            Some(turned) => format!("{renderer} {turned:?}"),
+            None => renderer.to_owned(),
+        }
+    }
+
+    /// Whether the second picture is a tile of the first.
+    fn tiles(&self) -> bool {
+        self.compare.on && self.compare.mode == Mode::Tile
     }
 
     /// Orders a picture if anything changed, and a better one when nothing does any more.
@@ -424,13 +414,15 @@ impl Player {
         let Some(session) = &self.session else {
             return false;
         };
-        let Some(left) = session.side(&self.renderer) else {
+        let turned = |renderer: &str| self.turned.get(renderer).cloned().unwrap_or_default();
+        let Some(left) = session.side(&self.renderer, &turned(&self.renderer)) else {
             return false;
         };
-        let right = match (self.compare.on, self.compare.other) {
+        let tile = self.tiles();
+        let right = match (self.compare.on && (at_rest || !tile), self.compare.other) {
             (false, _) => None,
-            (true, true) => session.other_side(&self.renderer),
-            (true, false) => session.side(&self.compare.renderer),
+            (true, true) => session.other_side(&self.renderer, &turned(&self.renderer)),
+            (true, false) => session.side(&self.compare.renderer, &turned(&self.compare.renderer)),
         };
         let samples = if at_rest { self.pace.rest().1 } else { 1 };
         self.number += 1;
@@ -438,6 +430,7 @@ impl Player {
             number: self.number,
             left,
             right,
+            tile,
             difference: inputs.difference,
             view: session.camera.view(divided(inputs.pixels, divisor), samples),
             exposure: session.exposure,

@@ -4,8 +4,9 @@ use super::drawing::Made;
 use crate::cli::live;
 use meniscus_render_cpu::renderers;
 use meniscus_render_gpu::device::Gpu;
-use meniscus_render_gpu::{GpuRenderer, Settings, Technique, adapters};
+use meniscus_render_gpu::{GpuRenderer, Knob, Settings, Technique, Value, adapters};
 use meniscus_sim::render::Renderer;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A renderer that can be chosen.
@@ -92,12 +93,42 @@ pub fn build(name: &str) -> Result<Box<dyn Renderer>, String> {
 /// # Errors
 /// As [`build`].
 pub fn make(name: &str, shared: Option<&Arc<Gpu>>) -> Result<Made, String> {
-    match (shared, Technique::from_name(name)) {
-        (Some(gpu), Some(technique)) => {
-            let renderer = GpuRenderer::on(Settings::new(technique), Arc::clone(gpu));
-            Ok(Made::Resident(Box::new(renderer)))
+    let Some(technique) = Technique::from_name(name) else {
+        return build(name).map(Made::Any);
+    };
+    let settings = Settings::new(technique);
+    let renderer = match shared {
+        Some(gpu) => GpuRenderer::on(settings, Arc::clone(gpu)),
+        None => GpuRenderer::new(settings),
+    };
+    Ok(Made::Resident(Box::new(renderer)))
+}
+
+/// Knobs of a renderer that were turned, by name.
+pub type Turned = BTreeMap<&'static str, Value>;
+
+/// The settings with which the renderer of that name draws; `None` if it has none that can be changed.
+fn settings(name: &str, turned: &Turned) -> Option<Settings> {
+    let mut settings = Settings::new(Technique::from_name(name)?);
+    for (knob, value) in turned {
+        settings.turn(knob, *value);
+    }
+    Some(settings)
+}
+
+/// What of the renderer of that name can be changed, as it says itself.
+pub fn knobs(name: &str, turned: &Turned) -> Vec<Knob> {
+    settings(name, turned).map_or_else(Vec::new, |settings| settings.knobs())
+}
+
+impl Made {
+    /// Turns its knobs.
+    pub fn turn(&mut self, turned: &Turned) {
+        if let Self::Resident(renderer) = self
+            && let Some(settings) = settings(renderer.settings().technique.name(), turned)
+        {
+            renderer.set(settings);
         }
-        _ => build(name).map(Made::Any),
     }
 }
 

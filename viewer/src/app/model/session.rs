@@ -6,6 +6,7 @@ use super::drawing::Side;
 use super::history::History;
 use super::live::{Command, Live, News};
 use super::messages::Messages;
+use super::renderers::Turned;
 use super::replay::Replay;
 use super::touch::Touch;
 use super::{Moment, Wake};
@@ -319,16 +320,17 @@ impl Session {
     }
 
     /// What is to be drawn by `renderer`, if there is a frame.
-    pub fn side(&self, renderer: &str) -> Option<Side> {
+    pub fn side(&self, renderer: &str, turned: &Turned) -> Option<Side> {
         Some(Side {
             scene: Arc::clone(&self.scene),
             moment: Arc::clone(self.moment.as_ref()?),
             renderer: renderer.to_owned(),
+            turned: turned.clone(),
         })
     }
 
     /// The same time of the other recording, if there is one and it is decoded.
-    pub fn other_side(&self, renderer: &str) -> Option<Side> {
+    pub fn other_side(&self, renderer: &str, turned: &Turned) -> Option<Side> {
         let other = self.other.as_ref()?;
         let time = self.moment.as_ref()?.frame.time;
         let decoded = other.want(other.nearest(time), self.clock.reverse, self.clock.looping)?;
@@ -336,6 +338,7 @@ impl Session {
             scene: Arc::clone(other.scene()),
             moment: decoded.ok()?,
             renderer: renderer.to_owned(),
+            turned: turned.clone(),
         })
     }
 }

@@ -16,7 +16,7 @@ const KEYS: [(&str, &str); 22] = [
     ("Right button + W A S D Q E", "fly"),
     ("Double click", "turn about that place"),
     ("C", "compare"),
-    ("M", "split, flicker, difference"),
+    ("M", "split, flicker, difference, tile"),
     ("P", "plots"),
     ("H", "panel at the side"),
     ("S", "save the picture"),

@@ -3,6 +3,7 @@
 pub(super) mod bar;
 pub(super) mod help;
 mod icons;
+mod knobs;
 pub(super) mod notices;
 pub(super) mod open;
 pub(super) mod picture;

@@ -110,6 +110,25 @@ fn pictures(
             tag(painter, place[1], Align2::RIGHT_TOP, &title(right, Some("B")));
             scale_bar(painter, area);
         }
+        Mode::Tile => {
+            full(left);
+            let share = vec2(
+                right.size.x as f32 / drawn.left.size.x.max(1) as f32,
+                right.size.y as f32 / drawn.left.size.y.max(1) as f32,
+            );
+            let part = Rect::from_center_size(area.center(), area.size() * share);
+            painter.image(second, part, whole, Color32::WHITE);
+            let frame = Stroke::new(1.5, Color32::from_white_alpha(200));
+            painter.rect_stroke(part, CornerRadius::ZERO, frame, StrokeKind::Outside);
+            tag(
+                painter,
+                place[0],
+                Align2::LEFT_TOP,
+                &title(&drawn.left, Some("A")),
+            );
+            let below = part.left_bottom() + vec2(0.0, 6.0);
+            tag(painter, below, Align2::LEFT_TOP, &title(right, Some("B")));
+        }
     }
     if let Some(flip) = error {
         let text = format!(

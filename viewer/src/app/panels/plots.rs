@@ -1,20 +1,68 @@
 //! Plots against time.
 
-use super::super::model::history::{QUANTITIES, Row};
+use super::super::model::history::{History, QUANTITIES, Quantity, Row};
 use super::super::model::player::{Player, free_name};
 use super::super::style;
 use super::super::viewer::Layout;
 use eframe::egui::{self, Color32, RichText};
-use egui_plot::{Legend, Line, Plot, PlotPoints, VLine};
+use egui_plot::{Legend, Line, Plot, PlotPoint, PlotPoints, VLine};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// Most points of a curve: more would not be seen.
 const MOST_POINTS: usize = 600;
 
 /// Colours of the curves of a plot.
-const COLORS: [Color32; 2] = [style::ACCENT, style::WARNING];
+const COLORS: [Color32; 3] = [style::ACCENT, style::WARNING, Color32::from_rgb(120, 170, 90)];
 
-pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout, folder: &Path) {
+/// Rows from which on curves are made anew only now and then.
+const MANY_ROWS: usize = 1000;
+
+/// How often they are then.
+const NOW_AND_THEN: Duration = Duration::from_millis(250);
+
+/// What curves were made from: the session, its changes and which of them are plotted.
+type Basis = (u64, u64, Vec<bool>);
+
+/// The curves as they are drawn, kept while nothing that they show changes.
+#[derive(Default)]
+pub(in super::super) struct Curves {
+    made: Option<(Basis, Instant)>,
+    /// A list of curves for each quantity.
+    points: Vec<Vec<Vec<PlotPoint>>>,
+}
+
+impl Curves {
+    fn update(&mut self, session: u64, history: &History, plotted: &[bool]) {
+        let basis = (session, history.changes(), plotted.to_vec());
+        let stands = self
+            .made
+            .as_ref()
+            .is_some_and(|((number, changes, shown), made)| {
+                *number == session
+                    && shown.as_slice() == plotted
+                    && (*changes == basis.1 || history.len() > MANY_ROWS && made.elapsed() < NOW_AND_THEN)
+            });
+        if stands {
+            return;
+        }
+        let rows: Vec<&Row> = history.rows().collect();
+        let of = |(quantity, on): (&Quantity, &bool)| {
+            let curves = quantity.curves.iter().filter(|_| *on);
+            curves.map(|(_, read)| points(&rows, *read)).collect()
+        };
+        self.points = QUANTITIES.iter().zip(plotted).map(of).collect();
+        self.made = Some((basis, Instant::now()));
+    }
+}
+
+pub(in super::super) fn show(
+    ui: &mut egui::Ui,
+    player: &mut Player,
+    layout: &mut Layout,
+    curves: &mut Curves,
+    folder: &Path,
+) {
     let mut save = false;
     ui.horizontal_wrapped(|ui| {
         for (quantity, shown) in QUANTITIES.iter().zip(&mut layout.plotted) {
@@ -34,23 +82,26 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
     if save {
         write(player, folder);
     }
+    let number = player.session_number();
     let Some(session) = &player.session else { return };
+    curves.update(number, &session.history, &layout.plotted);
     let shown: Vec<_> = QUANTITIES
         .iter()
+        .zip(&curves.points)
         .zip(&layout.plotted)
         .filter(|(_, on)| **on)
+        .map(|(shown, _)| shown)
         .collect();
     if shown.is_empty() {
         ui.label(RichText::new("choose what to plot").weak());
         return;
     }
-    let rows: Vec<&Row> = session.history.rows().collect();
     let now = session.moment.as_ref().map(|moment| moment.frame.time);
     let width = (ui.available_width() / shown.len() as f32 - ui.spacing().item_spacing.x).max(120.0);
     let height = (ui.available_height() - 24.0).max(60.0);
     egui::ScrollArea::horizontal().show(ui, |ui| {
         ui.horizontal(|ui| {
-            for (quantity, _) in shown {
+            for (quantity, points) in shown {
                 let unit = quantity.unit;
                 let mut plot = Plot::new(quantity.title)
                     .width(width)
@@ -72,8 +123,9 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
                 ui.vertical(|ui| {
                     ui.label(RichText::new(title).small());
                     plot.show(ui, |plot| {
-                        for ((name, read), color) in quantity.curves.iter().zip(COLORS) {
-                            plot.line(Line::new(*name, points(&rows, *read)).color(color).width(1.5));
+                        for (((name, _), points), color) in quantity.curves.iter().zip(points).zip(COLORS) {
+                            let points = PlotPoints::Borrowed(points);
+                            plot.line(Line::new(*name, points).color(color).width(1.5));
                         }
                         if let Some(now) = now {
                             plot.vline(
@@ -91,7 +143,7 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
 }
 
 /// A curve of at most [`MOST_POINTS`]: of each group of rows the lowest and the highest.
-fn points(rows: &[&Row], read: fn(&Row) -> Option<f64>) -> PlotPoints<'static> {
+fn points(rows: &[&Row], read: fn(&Row) -> Option<f64>) -> Vec<PlotPoint> {
     let group = (2 * rows.len()).div_ceil(MOST_POINTS).max(1);
     let mut points = Vec::with_capacity(MOST_POINTS + 2);
     for rows in rows.chunks(group) {
@@ -108,13 +160,13 @@ fn points(rows: &[&Row], read: fn(&Row) -> Option<f64>) -> PlotPoints<'static> {
         }
         if let Some([a, b]) = extremes {
             let (first, second) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-            points.push([first.0, first.1]);
+            points.push(PlotPoint::new(first.0, first.1));
             if second != first {
-                points.push([second.0, second.1]);
+                points.push(PlotPoint::new(second.0, second.1));
             }
         }
     }
-    PlotPoints::from(points)
+    points
 }
 
 fn write(player: &mut Player, folder: &Path) {

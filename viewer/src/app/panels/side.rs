@@ -9,7 +9,7 @@ use super::super::style;
 use super::super::timing::Timing;
 use super::super::viewer::Layout;
 use super::bar::name_of;
-use super::{fact, seconds, section};
+use super::{fact, knobs, seconds, section};
 use eframe::egui::{self, Color32, CornerRadius, Rect, RichText, Sense, vec2};
 use std::path::Path;
 
@@ -25,6 +25,7 @@ pub(in super::super) fn show(
         .show(ui, |ui| {
             ui.add_space(4.0);
             section(ui, "Picture", true, |ui| picture(ui, player));
+            knobs::show(ui, player);
             section(ui, "Camera", true, |ui| camera(ui, player));
             section(ui, "Touch the water", true, |ui| touch(ui, player));
             if player.compare.on {
@@ -399,6 +400,13 @@ fn clip(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
         ui.add(egui::DragValue::new(&mut clip.samples).range(1..=64))
             .labelled_by(label.id);
     });
+    if player.turned.contains_key(&player.renderer) {
+        ui.label(
+            RichText::new("clips are drawn with the defaults of the renderer")
+                .weak()
+                .small(),
+        );
+    }
     let writing = player.clipping().map(name_of);
     match writing {
         Some(name) => {

@@ -84,7 +84,7 @@ impl Textures {
             ctx,
             &mut self.right,
             "right",
-            drawn.left.size,
+            right.map_or(drawn.left.size, |p| p.size),
             right.map(|p| &p.pixels),
         );
         let difference = drawn.difference.as_ref();
@@ -92,7 +92,7 @@ impl Textures {
             ctx,
             &mut self.difference,
             "difference",
-            drawn.left.size,
+            right.map_or(drawn.left.size, |p| p.size),
             difference.map(|p| &p.pixels),
         );
     }
