@@ -123,6 +123,13 @@ impl Transform {
         (self.spectrum.capacity() * size_of::<Complex32>()) as u64
     }
 
+    /// Room for a spectrum: a real field needs half of what two fields need.
+    fn make_room(&mut self, numbers: usize) {
+        let more = numbers.saturating_sub(self.spectrum.len());
+        self.spectrum.reserve_exact(more);
+        self.spectrum.extend(std::iter::repeat_n(ZERO, more));
+    }
+
     /// Transforms one real field. `fill(m, row)` writes row `m` (kx = m) of its half spectrum for `m < active`; rows beyond
     /// are zero. The first `rows` rows of samples, x fastest, go to `write` with their part of `out`.
     pub fn real<U: Send>(
@@ -134,7 +141,7 @@ impl Transform {
         write: impl Fn(&[f32], &mut [U]) + Sync,
     ) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectrum.resize((width * height).max(half * height), ZERO);
+        self.make_room(half * height);
         let spectrum = &mut self.spectrum[..half * height];
         let plan = &self.along_z;
         spectrum.par_chunks_mut(height).enumerate().for_each_init(
@@ -163,7 +170,7 @@ impl Transform {
         write: impl Fn(&[Complex32], &mut [U]) + Sync,
     ) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectrum.resize((width * height).max(half * height), ZERO);
+        self.make_room((width * height).max(half * height));
         let active = active.min(half);
         let (lower, upper) = self.spectrum[..width * height].split_at_mut(half * height);
         let both = width - half;
@@ -216,7 +223,7 @@ impl Transform {
     /// place of its own: what their fields cost at least.
     pub fn alone(&mut self, real: usize, complex: usize) {
         let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
-        self.spectrum.resize((width * height).max(half * height), ZERO);
+        self.make_room((width * height).max(half * height));
         self.samples.resize((real + 2 * complex) * width * height, 0.0);
         let along_z = &self.along_z;
         let columns = |spectrum: &mut [Complex32]| {
