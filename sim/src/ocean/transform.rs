@@ -140,7 +140,7 @@ impl Transform {
         out: &mut [U],
         write: impl Fn(&[f32], &mut [U]) + Sync,
     ) {
-        let (width, height, half) = (self.width, self.height, self.width / 2 + 1);
+        let (height, half) = (self.height, self.width / 2 + 1);
         self.make_room(half * height);
         let spectrum = &mut self.spectrum[..half * height];
         let plan = &self.along_z;
