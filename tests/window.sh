@@ -46,9 +46,9 @@ key Home; key K; sleep 3
 shot replay
 key space; sleep 2
 key K; key Right; key Right; key Left
-key S; sleep 1
 key C; sleep 8
 shot split
+key S; sleep 1
 key M; key M; sleep 1
 shot difference
 key C; key P; key L; sleep 5
@@ -61,7 +61,7 @@ sleep 2
 key R
 w=${size%x*} h=${size#*x}
 # The tool "Push" is chosen in the panel; then the water is dragged along.
-click $((w - 205)) "${PUSH_Y:-413}"
+click $((w - 205)) "${PUSH_Y:-453}"
 for x in 20 26 32 38 44 50; do
     at $((w * x / 100)) $((h * 55 / 100))
     [ "$x" = 20 ] && xdotool mousedown 1
