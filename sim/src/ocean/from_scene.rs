@@ -114,12 +114,7 @@ impl Ocean {
         };
         ocean.warn();
         // What the check of folding needed is not kept.
-        let fresh = ocean
-            .cascades
-            .iter()
-            .map(|c| (c.patch.work(), Planes::default()))
-            .collect();
-        ocean.work.replace(fresh);
+        ocean.work.replace(fresh(&ocean.cascades));
         Ok(ocean)
     }
 

@@ -120,7 +120,8 @@ impl Transform {
 
     /// Bytes of the work space.
     pub fn bytes(&self) -> u64 {
-        (self.spectrum.capacity() * size_of::<Complex32>()) as u64
+        (self.spectrum.capacity() * size_of::<Complex32>() + self.samples.capacity() * size_of::<f32>())
+            as u64
     }
 
     /// Room for a spectrum: a real field needs half of what two fields need.
