@@ -1,5 +1,6 @@
 //! What a scene and a frame ask of a picture: all that decides which passes there are and how large things become.
 
+use crate::looks;
 use crate::settings::{Heights, PhotonMap, Settings, Walk};
 use meniscus_sim::glam::UVec2;
 use meniscus_sim::scene::description::{Edge, Shape, Sky as SkyKind};
@@ -135,6 +136,8 @@ pub struct Facts {
     pub sky: Option<[u32; 2]>,
     /// Objects.
     pub objects: u32,
+    /// Whether models have materials.
+    pub looks: bool,
     /// Rows of the buffer of objects.
     pub solid_rows: u32,
     /// Whether the frame has droplets.
@@ -170,12 +173,14 @@ pub struct MeshSizes {
     pub tiles: u32,
     /// Object, first row of `meshes`, triangles.
     pub objects: Vec<[u32; 3]>,
+    /// Rows of a triangle of `meshes`.
+    pub triangle_rows: u32,
 }
 
 impl MeshSizes {
     /// Rows of the buffer of meshes.
     pub fn rows(&self) -> u32 {
-        self.objects.iter().map(|[_, _, n]| 6 * n).sum()
+        self.objects.iter().map(|[_, _, n]| self.triangle_rows * n).sum()
     }
 }
 
@@ -221,6 +226,8 @@ impl Facts {
             (SkyKind::Picture { .. }, Some(picture)) => Some(picture.size.to_array()),
             (SkyKind::Daylight { .. }, _) => Some([2 * sky::DAYLIGHT_ROWS, sky::DAYLIGHT_ROWS]),
         };
+        let looks = looks::are_needed(scene);
+        let triangle_rows = looks::triangle_rows(looks);
         let sun = d.light.sun.is_some() || scene.sky.is_some() && sky::Sky::new(scene).sun().is_some();
         let caustics = (settings.caustics && sun && ground.is_some() && spec.size.min_element() > 1)
             .then(|| CausticSizes::new(settings.photon_map, spec));
@@ -228,7 +235,8 @@ impl Facts {
             size: size.to_array(),
             sky,
             objects: d.objects.len() as u32,
-            solid_rows: planned_rows(scene),
+            looks,
+            solid_rows: planned_rows(scene, looks),
             spray: false,
             foam: 0,
             foreign: false,
@@ -242,7 +250,8 @@ impl Facts {
                 ground: [128; 2],
                 wall: 32,
                 tiles: if how.periodic.any() { 13 } else { 1 },
-                objects: planned_meshes(scene),
+                objects: planned_meshes(scene, triangle_rows),
+                triangle_rows,
             },
         })
     }
@@ -324,27 +333,28 @@ fn sides(scene: &Scene) -> Vec<bool> {
 }
 
 /// The triangles of the objects before they are cut.
-fn planned_meshes(scene: &Scene) -> Vec<[u32; 3]> {
+fn planned_meshes(scene: &Scene, triangle_rows: u32) -> Vec<[u32; 3]> {
     let mut first = 0;
     let mut out = Vec::new();
     for (k, mesh) in scene.meshes.iter().enumerate() {
         let n = mesh.triangles.len() as u32;
         out.push([k as u32, first, n]);
-        first += 6 * n;
+        first += triangle_rows * n;
     }
     out
 }
 
 /// Rows of the buffer of objects, from the sizes of their meshes: six a record, and at most one node of two rows for every
-/// second triangle and six rows a triangle.
-fn planned_rows(scene: &Scene) -> u32 {
+/// second triangle, the triangles and their materials.
+fn planned_rows(scene: &Scene, looks: bool) -> u32 {
     let objects = &scene.description.objects;
     let records = 6 * objects.len();
+    let each = looks::triangle_rows(looks) as usize;
     let models = objects
         .iter()
         .zip(&scene.meshes)
         .filter(|(object, _)| matches!(object.shape, Shape::Model { .. }))
-        .map(|(_, mesh)| 7 * mesh.triangles.len() + 2);
+        .map(|(_, mesh)| (1 + each) * mesh.triangles.len() + 2 + looks::planned_rows(mesh));
     (records + models.sum::<usize>()) as u32
 }
 
@@ -367,6 +377,7 @@ pub(crate) mod tests {
                     size: [16, 8],
                     sky: has(0).then_some([64, 32]),
                     objects: u32::from(has(1)),
+                    looks: has(1) && has(5),
                     solid_rows: 6,
                     spray: has(2),
                     foam: if has(3) { 33 * 17 } else { 0 },
@@ -389,6 +400,7 @@ pub(crate) mod tests {
                         wall: 4,
                         tiles: 1,
                         objects: if has(1) { vec![[0, 0, 12]] } else { vec![] },
+                        triangle_rows: looks::triangle_rows(has(1) && has(5)),
                     },
                 }
             })

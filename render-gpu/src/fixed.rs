@@ -2,6 +2,7 @@
 
 use crate::continued::Continued;
 use crate::hierarchy::{self, Rows};
+use crate::looks;
 use crate::tessellate::{self, Triangle};
 use meniscus_sim::glam::{DVec3, Vec3};
 use meniscus_sim::scene::description::Shape;
@@ -27,7 +28,7 @@ pub(crate) struct Fixed {
     pub(crate) table_noise: u32,
     pub(crate) table_open: u32,
     pub(crate) open: Option<GridSpec>,
-    /// Hierarchies and triangles of models behind the records, and root, first triangle and radius of each object.
+    /// Materials, hierarchies and triangles of models behind the records, and root, first triangle and radius of each object.
     pub(crate) models: Rows,
     pub(crate) model_of: Vec<Option<(u32, u32, f32)>>,
     /// Triangles of every object in its own axes.
@@ -74,20 +75,27 @@ impl Fixed {
         }
         let base = 6 * d.objects.len() as u32;
         let mut models = Rows::new();
-        let model_of = d
-            .objects
-            .iter()
-            .enumerate()
-            .map(|(k, object)| {
-                if !matches!(object.shape, Shape::Model { .. }) {
-                    return None;
-                }
-                let root = base + models.len() as u32;
-                let (rows, first, radius) = hierarchy::mesh_rows(scene.meshes.get(k)?, root)?;
-                models.extend(rows);
-                Some((root, first, radius))
-            })
-            .collect();
+        let looks = looks::are_needed(scene);
+        let mut triangles: Vec<Vec<Triangle>> = Vec::with_capacity(scene.meshes.len());
+        let mut model_of = Vec::with_capacity(scene.meshes.len());
+        for (object, mesh) in d.objects.iter().zip(&scene.meshes) {
+            if !matches!(object.shape, Shape::Model { .. }) {
+                triangles.push(tessellate::triangles_of(mesh, &[]));
+                model_of.push(None);
+                continue;
+            }
+            let (rows, materials) = looks::material_rows(mesh, base + models.len() as u32);
+            models.extend(rows);
+            let own = tessellate::triangles_of(mesh, &materials);
+            let root = base + models.len() as u32;
+            model_of.push(
+                hierarchy::mesh_rows(&own, root, looks).map(|(rows, first, radius)| {
+                    models.extend(rows);
+                    (root, first, radius)
+                }),
+            );
+            triangles.push(own);
+        }
         Self {
             fingerprint,
             volume,
@@ -101,7 +109,7 @@ impl Fixed {
             open,
             models,
             model_of,
-            triangles: scene.meshes.iter().map(tessellate::triangles_of).collect(),
+            triangles,
             anchor,
             scale: surroundings::scale(scene),
             light,

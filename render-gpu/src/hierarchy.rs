@@ -4,8 +4,8 @@
 //! its two children stand side by side at row `first`. Halved at the median along the widest axis, which is the same
 //! for any order of work.
 
+use crate::tessellate::Triangle;
 use meniscus_sim::glam::Vec3;
-use meniscus_sim::mesh::TriangleMesh;
 
 /// Things a leaf holds at most.
 const LEAF: usize = 4;
@@ -62,42 +62,28 @@ fn split(boxes: &[(Vec3, Vec3)], order: &mut [u32], first: usize, node: usize, b
     split(boxes, right, first + half, children + 2, base, rows);
 }
 
-/// A mesh as rows: its hierarchy counted from `base`, then six rows a triangle (corners, normals). Also the row of the
-/// first triangle and the greatest distance from the origin. `None` without a triangle that has an area.
-pub(crate) fn mesh_rows(mesh: &TriangleMesh, base: u32) -> Option<(Rows, u32, f32)> {
-    let gather = |values: &[Vec3], t: &[u32; 3]| -> Option<[Vec3; 3]> {
-        Some([
-            *values.get(t[0] as usize)?,
-            *values.get(t[1] as usize)?,
-            *values.get(t[2] as usize)?,
-        ])
-    };
-    let triangles: Vec<([Vec3; 3], [Vec3; 3])> = mesh
-        .triangles
-        .iter()
-        .filter_map(|t| {
-            let p = gather(&mesh.positions, t)?;
-            let face = (p[1] - p[0]).cross(p[2] - p[0]);
-            (face.length_squared() > 0.0)
-                .then(|| (p, gather(&mesh.normals, t).unwrap_or([face.normalize(); 3])))
-        })
-        .collect();
+/// Triangles as rows: their hierarchy counted from `base`, then themselves. Also the row of the first triangle and the greatest
+/// distance from the origin. `None` without any.
+pub(crate) fn mesh_rows(triangles: &[Triangle], base: u32, looks: bool) -> Option<(Rows, u32, f32)> {
     if triangles.is_empty() {
         return None;
     }
     let boxes: Vec<(Vec3, Vec3)> = triangles
         .iter()
-        .map(|(p, _)| (p[0].min(p[1]).min(p[2]), p[0].max(p[1]).max(p[2])))
+        .map(
+            |Triangle {
+                 corners: [a, b, c], ..
+             }| (a.min(*b).min(*c), a.max(*b).max(*c)),
+        )
         .collect();
     let (mut rows, order) = build(&boxes, base);
     let first = base + rows.len() as u32;
     for k in order {
-        let (p, n) = &triangles[k as usize];
-        rows.extend(p.iter().chain(n).map(|&v| row(v, 0)));
+        triangles[k as usize].write(looks, &mut rows);
     }
     let radius = triangles
         .iter()
-        .flat_map(|(p, _)| p)
+        .flat_map(|t| t.corners)
         .map(|p| p.length())
         .fold(0.0, f32::max);
     Some((rows, first, radius * (1.0 + 1e-6)))

@@ -220,6 +220,13 @@ const ROWS: &[Row] = &[
         switches.traced_reflection
     ),
     switch!(
+        "smooth edges",
+        "Pixels that differ from a neighbour get four more rays",
+        traced,
+        true,
+        switches.multisampled
+    ),
+    switch!(
         "four samples a pixel",
         "Edges of triangles are smoothed (MSAA); radiance is then kept in half precision",
         |s| !traced(s),

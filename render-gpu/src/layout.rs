@@ -83,6 +83,8 @@ pub struct StageUniform {
     pub side_count: u32,
     pub deck: f32,
     pub sides: [[f32; 4]; 4],
+    pub walls: [f32; 4],
+    pub glass: [f32; 4],
     pub map_low: [f32; 2],
     pub photons: [u32; 2],
     pub map_size: [u32; 2],
@@ -133,8 +135,8 @@ mod tests {
             from_below, visual_range, extinction, cutoff_distance, scattering, spread, source_sun, near, rate_sun,
             sky_rows, source_sky, sky_levels, rate_sky, sky_rotation, sky_scale, sky_table, level_sky, solid_count,
             albedo, checker, steep, look_spacing, shore, noise, look_shift, checker_shift, open_low, open_size,
-            open_spacing, open, side_count, deck, sides, map_low, photons, map_size, foam_size, foam_low,
-            foam_spacing, spray_root, sun_point, sample_share, map_spacing, fields);
+            open_spacing, open, side_count, deck, sides, walls, glass, map_low, photons, map_size, foam_size,
+            foam_low, foam_spacing, spray_root, sun_point, sample_share, map_spacing, fields);
         for (name, ours, size) in [
             ("Field", field, size_of::<FieldUniform>()),
             ("Stage", stage, size_of::<StageUniform>()),

@@ -36,6 +36,8 @@ mod knobs;
 #[cfg(feature = "wgpu")]
 mod limits;
 #[cfg(feature = "wgpu")]
+mod looks;
+#[cfg(feature = "wgpu")]
 mod meshes;
 #[cfg(all(test, feature = "wgpu"))]
 mod parity;

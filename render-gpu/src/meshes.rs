@@ -58,7 +58,7 @@ pub(crate) fn cut_meshes(
         };
         let reach = triangles
             .iter()
-            .flat_map(|(p, _)| p)
+            .flat_map(|t| t.corners)
             .map(|p| p.length())
             .fold(0.0, f32::max);
         let distance = ((at.position - lens.eye).length() - f64::from(reach)).max(0.05 * fixed.scale);
@@ -75,16 +75,15 @@ pub(crate) fn cut_meshes(
             .mesh
             .objects
             .push([k as u32, rows.len() as u32, cut.len() as u32]);
-        let row = |v: &Vec3| [v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), 0];
-        rows.extend(cut.iter().flat_map(|(p, n)| p.iter().chain(n).map(row)));
+        cut.iter().for_each(|t| t.write(facts.looks, &mut rows));
     }
     rows
 }
 
 /// Moves the corners of cut triangles out to the sphere or cylinder that they were cut from.
 fn round(triangles: &mut [Triangle], shape: &Shape) {
-    for (corners, normals) in triangles {
-        for (p, n) in corners.iter_mut().zip(normals) {
+    for triangle in triangles {
+        for (p, n) in triangle.corners.iter_mut().zip(&mut triangle.normals) {
             match *shape {
                 Shape::Sphere { radius } => {
                     *n = p.normalize_or(*n);

@@ -131,6 +131,8 @@ fn the_optics_of_shaders_are_those_of_rust() {
             left.y,
             left.z,
             optics::WATER_INDEX,
+            optics::linear_of_srgb(cos),
+            optics::linear_of_srgb(0.03),
         ];
         for (k, (e, f)) in expected.iter().zip(found).enumerate() {
             // WGSL allows exp, sqrt and division a few units in the last place; near the critical angle the root of a

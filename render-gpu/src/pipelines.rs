@@ -279,53 +279,61 @@ fn make(gpu: &Gpu, recipe: &Recipe) -> Result<Made, ShaderError> {
 mod tests {
     use super::*;
     use crate::shader::{Constants, Piece};
+    use crate::{Heights, Settings, Technique, Walk};
+
+    /// Settings of every technique that choose pieces.
+    fn every_choice() -> Vec<Settings> {
+        let mut all = Vec::new();
+        for base in Technique::ALL.map(Settings::new) {
+            for walk in Walk::ALL {
+                all.extend(Heights::ALL.map(|heights| Settings {
+                    walk,
+                    heights,
+                    ..base
+                }));
+            }
+            let mut smooth = base;
+            smooth.switches.multisampled = true;
+            all.push(smooth);
+        }
+        all
+    }
 
     /// Every entry point with every choice of pieces that a scene can make.
     #[test]
     fn every_shader_is_valid_whatever_the_scene_has() {
         let mut seen = std::collections::HashSet::new();
         for facts in crate::facts::tests::all_kinds() {
-            for technique in crate::Technique::ALL {
-                for (walk, heights) in crate::Walk::ALL
-                    .into_iter()
-                    .flat_map(|w| crate::Heights::ALL.map(|h| (w, h)))
-                {
-                    let settings = crate::Settings {
-                        walk,
-                        heights,
-                        ..crate::Settings::new(technique)
+            for settings in every_choice() {
+                let passes = crate::techniques::passes(&facts, &settings);
+                for pass in passes.graph.passes() {
+                    let pieces = &pass.work.pieces;
+                    let source = assemble(&settings.switches, pieces, Constants::Uniform);
+                    let points: Vec<&'static str> = match &pass.work.action {
+                        crate::work::Action::Compute { entry, .. } => vec![entry],
+                        crate::work::Action::Draw { vertex, fragment, .. } => vec![vertex, fragment],
                     };
-                    let passes = crate::techniques::passes(&facts, &settings);
-                    for pass in passes.graph.passes() {
-                        let pieces = &pass.work.pieces;
-                        let source = assemble(&settings.switches, pieces, Constants::Uniform);
-                        let points: Vec<&'static str> = match &pass.work.action {
-                            crate::work::Action::Compute { entry, .. } => vec![entry],
-                            crate::work::Action::Draw { vertex, fragment, .. } => vec![vertex, fragment],
-                        };
-                        if !seen.insert((source.clone(), points.clone())) {
-                            continue;
-                        }
-                        let slots =
-                            reflect(&source, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
-                        if walk == crate::Walk::default() && heights == crate::Heights::default() {
-                            let elsewhere = assemble(&settings.switches, pieces, Constants::Storage);
-                            let same =
-                                reflect(&elsewhere, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
-                            assert!(slots.iter().map(|s| &s.name).eq(same.iter().map(|s| &s.name)));
-                        }
-                        // What a mid-range device and WebGPU's core give a stage.
-                        let storage = slots.iter().filter(|s| {
-                            matches!(
-                                s.kind,
-                                wgpu::BindingType::Buffer {
-                                    ty: wgpu::BufferBindingType::Storage { .. },
-                                    ..
-                                }
-                            )
-                        });
-                        assert!(storage.count() <= 8, "{}", pass.name);
+                    if !seen.insert((source.clone(), points.clone())) {
+                        continue;
                     }
+                    let slots = reflect(&source, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+                    if settings.walk == Walk::default() && settings.heights == Heights::default() {
+                        let elsewhere = assemble(&settings.switches, pieces, Constants::Storage);
+                        let same =
+                            reflect(&elsewhere, &points).unwrap_or_else(|e| panic!("{}: {e}", pass.name));
+                        assert!(slots.iter().map(|s| &s.name).eq(same.iter().map(|s| &s.name)));
+                    }
+                    // What a mid-range device and WebGPU's core give a stage.
+                    let storage = slots.iter().filter(|s| {
+                        matches!(
+                            s.kind,
+                            wgpu::BindingType::Buffer {
+                                ty: wgpu::BufferBindingType::Storage { .. },
+                                ..
+                            }
+                        )
+                    });
+                    assert!(storage.count() <= 8, "{}", pass.name);
                 }
             }
         }
@@ -337,19 +345,9 @@ mod tests {
         // Tables of formulas are for their own tests.
         let mut used = std::collections::BTreeSet::from([Piece::Parity, Piece::ParityApparent]);
         for facts in crate::facts::tests::all_kinds() {
-            for technique in crate::Technique::ALL {
-                for (walk, heights) in crate::Walk::ALL
-                    .into_iter()
-                    .flat_map(|w| crate::Heights::ALL.map(|h| (w, h)))
-                {
-                    let settings = crate::Settings {
-                        walk,
-                        heights,
-                        ..crate::Settings::new(technique)
-                    };
-                    let passes = crate::techniques::passes(&facts, &settings);
-                    used.extend(passes.graph.passes().iter().flat_map(|p| p.work.pieces.clone()));
-                }
+            for settings in every_choice() {
+                let passes = crate::techniques::passes(&facts, &settings);
+                used.extend(passes.graph.passes().iter().flat_map(|p| p.work.pieces.clone()));
             }
         }
         let idle: Vec<_> = Piece::ALL.iter().filter(|p| !used.contains(p)).collect();

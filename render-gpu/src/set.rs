@@ -25,6 +25,9 @@ use meniscus_sim::{Frame, Grid, Scene};
 /// A length that is nothing beside the scene and much beside single-precision rounding: this times the scene's size.
 const HAIR: f64 = 2e-6;
 
+/// Lowest and highest x and z of what has no sides.
+const UNBOUNDED: [f32; 4] = [-1e30, -1e30, 1e30, 1e30];
+
 /// One frame seen from one place.
 #[derive(Debug)]
 pub(crate) struct Set {
@@ -33,7 +36,7 @@ pub(crate) struct Set {
     /// One record of six rows an object.
     pub(crate) records: Rows,
     pub(crate) spray: Option<Rows>,
-    /// Triangles of the objects, six rows each; none where rays find them.
+    /// Triangles of the objects; none where rays find them.
     pub(crate) meshes: Rows,
     pub(crate) voxels: Option<VoxelPlan>,
     /// What the caller has drawn, a row a pixel.
@@ -123,14 +126,22 @@ impl Set {
         }
         uniform.side_count = edges.sides.len().min(4) as u32;
         uniform.deck = (edges.deck - anchor.y) as f32;
+        // Without a side there is no end.
+        (uniform.walls, uniform.glass) = (UNBOUNDED, UNBOUNDED);
         for (out, side) in uniform.sides.iter_mut().zip(&edges.sides) {
-            let at = side.at - if side.axis == 0 { anchor.x } else { anchor.z };
+            let at = (side.at - if side.axis == 0 { anchor.x } else { anchor.z }) as f32;
             *out = [
                 side.axis as f32,
-                at as f32,
+                at,
                 side.outwards as f32,
                 f32::from(u8::from(side.glass)),
             ];
+            let ends = if side.glass {
+                &mut uniform.glass
+            } else {
+                &mut uniform.walls
+            };
+            ends[usize::from(side.axis != 0) + if side.outwards > 0.0 { 2 } else { 0 }] = at;
         }
         facts.sides = edges.sides.iter().map(|s| s.glass).collect();
         let mut meshes = Rows::new();

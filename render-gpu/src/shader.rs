@@ -51,6 +51,8 @@ pieces! {
     Bounds = "shared/bounds.wgsl",
     Solids = "shared/solids.wgsl",
     SolidsNone = "shared/solids_none.wgsl",
+    Looks = "shared/looks.wgsl",
+    LooksNone = "shared/looks_none.wgsl",
     Spray = "shared/spray.wgsl",
     SprayNone = "shared/spray_none.wgsl",
     Foam = "shared/foam.wgsl",
@@ -59,6 +61,8 @@ pieces! {
     CausticsNone = "shared/caustics_none.wgsl",
     World = "shared/world.wgsl",
     Trace = "shared/trace.wgsl",
+    Corners = "shared/corners.wgsl",
+    CornersLook = "shared/corners_look.wgsl",
     Geometry = "shared/geometry.wgsl",
     Objects = "shared/objects.wgsl",
     ObjectsNone = "shared/objects_none.wgsl",
@@ -74,6 +78,9 @@ pieces! {
     Bilateral = "bilateral.wgsl",
     Heightfield = "heightfield.wgsl",
     HeightfieldAux = "heightfield_aux.wgsl",
+    HeightfieldEdges = "heightfield_edges.wgsl",
+    FrontNone = "shared/front_none.wgsl",
+    FrontForeign = "shared/front_foreign.wgsl",
     Background = "background.wgsl",
     Foreign = "foreign.wgsl",
     Near = "near.wgsl",
@@ -114,8 +121,8 @@ pub struct Switches {
     /// Rounds of the narrow phase. Default 1, as in the paper: more cost more and hardly find better places (`docs/gpu.md`). 0 leaves
     /// the broad phase alone.
     pub narrow_steps: u32,
-    /// Whether rasterised techniques draw four samples a pixel (MSAA). Radiance is then kept in half precision. The traced one has no
-    /// edges that this would smooth: it takes samples of the view instead.
+    /// Whether edges are smoothed: rasterised techniques draw four samples a pixel (MSAA), radiance then in half precision; the traced
+    /// one gives pixels that differ from a neighbour four more rays.
     pub multisampled: bool,
 }
 

@@ -96,8 +96,8 @@ impl Builder {
 
     /// Triangles in an object's own axes, moved by `place`.
     pub(crate) fn object(&mut self, triangles: &[Triangle], place: impl Fn(Vec3) -> Vec3, what: u32) {
-        for (p, _) in triangles {
-            self.triangle(p.map(&place), what);
+        for t in triangles {
+            self.triangle(t.corners.map(&place), what);
         }
     }
 

@@ -323,6 +323,7 @@ fn heightfield(size: UVec2, frames: u32) -> anyhow::Result<()> {
         ("cut-off at 1 % of light", &|s| s.absorption_cutoff = 0.01),
         ("safety radius instead of pyramid", &|s| s.walk = Walk::Safety),
         ("interface depth 3", &|s| s.switches.interface_depth = 3),
+        ("smooth edges", &|s| s.switches.multisampled = true),
     ] {
         let t = with(change)?;
         line(name, &t);

@@ -14,7 +14,7 @@ fn far_vertex(@builtin(vertex_index) k: u32) -> Corner {
     if BROAD {
         p = apparent(p);
     }
-    return Corner(project(p), v.position, v.normal, v.color);
+    return corner_at(project(p), v);
 }
 
 @fragment
@@ -32,6 +32,6 @@ fn far(in: Corner) -> Beyond {
     let to = p - stage.eye;
     let distance = length(to);
     let medium = select(AIR, WATER, in_air);
-    var matt = fragment_matt(p, in.normal, in.color, normalize(face), to / distance, stage.spread * distance, medium);
+    var matt = fragment_matt(p, in.normal, corner_color(in), normalize(face), to / distance, stage.spread * distance, medium);
     return Beyond(vec4f(lit(matt), 1.0), vec4f(p, 1.0), vec4f(matt.geometric, 1.0));
 }

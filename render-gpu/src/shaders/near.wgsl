@@ -3,7 +3,7 @@
 @vertex
 fn near_vertex(@builtin(vertex_index) k: u32) -> Corner {
     let v = vertex_of(k);
-    return Corner(project(v.position), v.position, v.normal, v.color);
+    return corner_at(project(v.position), v);
 }
 
 @fragment
@@ -20,7 +20,7 @@ fn near(in: Corner) -> @location(0) vec4f {
     let distance = length(to);
     let d = to / distance;
     let width = stage.spread * distance;
-    let matt = fragment_matt(p, in.normal, in.color, normalize(face), d, width, stage.medium);
+    let matt = fragment_matt(p, in.normal, corner_color(in), normalize(face), d, width, stage.medium);
     var radiance = lit(matt);
     if in_air {
         let left = air_transmittance(distance);

@@ -15,5 +15,5 @@ fn parity(@builtin(global_invocation_id) at: vec3u) {
     values[4u * at.x] = vec4f(fresnel(b.x, a.w), fresnel_schlick(b.x, f0), f0, henyey_greenstein(b.x, b.w));
     values[4u * at.x + 1u] = vec4f(refracted, reflected.x);
     values[4u * at.x + 2u] = vec4f(reflected.yz, left.xy);
-    values[4u * at.x + 3u] = vec4f(left.z, WATER_INDEX, 0.0, 0.0);
+    values[4u * at.x + 3u] = vec4f(left.z, WATER_INDEX, linear_of_srgb(vec3f(b.xy, 0.03)).xz);
 }

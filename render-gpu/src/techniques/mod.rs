@@ -76,6 +76,9 @@ pub fn scene_pieces(facts: &Facts, settings: &Settings) -> Vec<Piece> {
     if facts.objects > 0 || facts.spray {
         pieces.push(Piece::Bounds);
     }
+    if facts.objects > 0 {
+        pieces.push(choose(facts.looks, Piece::Looks, Piece::LooksNone));
+    }
     pieces.extend([
         choose(facts.objects > 0, Piece::Solids, Piece::SolidsNone),
         choose(facts.spray, Piece::Spray, Piece::SprayNone),
@@ -290,7 +293,7 @@ fn whole() -> Vec<DrawCall> {
     }]
 }
 
-/// The pass that puts what the caller has drawn into radiance and depth, before anything is drawn by depth.
+/// The pass that puts what the caller has drawn, which it returns, into radiance and depth, before anything is drawn by depth.
 fn foreign(
     graph: &mut Graph<Work>,
     facts: &Facts,
@@ -298,7 +301,7 @@ fn foreign(
     radiance: ResourceId,
     attachment: Attachment,
     depth: ResourceId,
-) {
+) -> ResourceId {
     let pixels = u64::from(facts.size[0]) * u64::from(facts.size[1]);
     let layer = graph.resource(names::FOREIGN, Kind::Imported { bytes: 16 * pixels });
     let mut reads = vec![layer];
@@ -315,4 +318,5 @@ fn foreign(
         whole(),
     );
     graph.pass("foreign geometry", &reads, &[radiance, depth], work);
+    layer
 }

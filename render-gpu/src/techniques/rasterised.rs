@@ -133,12 +133,17 @@ pub(super) fn rasterised(facts: &Facts, settings: &Settings, common: &mut Common
     } else {
         Piece::ObjectsNone
     };
+    let corners = if facts.looks {
+        Piece::CornersLook
+    } else {
+        Piece::Corners
+    };
     let opaque = opaque_draws(facts);
 
     let mut writes = far.to_vec();
     writes.push(far_depth);
     let work = draw(
-        with(&[Piece::Geometry, objects, Piece::Apparent, Piece::Far]),
+        with(&[corners, Piece::Geometry, objects, Piece::Apparent, Piece::Far]),
         "far_vertex",
         "far",
         far.map(Attachment::fresh).to_vec(),
@@ -166,7 +171,7 @@ pub(super) fn rasterised(facts: &Facts, settings: &Settings, common: &mut Common
         begin = Attachment::onto;
     }
     let work = draw(
-        with(&[Piece::Geometry, objects, Piece::Near]),
+        with(&[corners, Piece::Geometry, objects, Piece::Near]),
         "near_vertex",
         "near",
         vec![Attachment::onto(radiance)],

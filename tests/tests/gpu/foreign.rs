@@ -69,7 +69,11 @@ fn what_the_caller_draws_hides_and_is_hidden() {
             f32::INFINITY
         });
     }
-    for (technique, multisampled) in [(Technique::Heightfield, false), (Technique::TwoPhase, true)] {
+    for (technique, multisampled) in [
+        (Technique::Heightfield, false),
+        (Technique::Heightfield, true),
+        (Technique::TwoPhase, true),
+    ] {
         let mut settings = Settings::new(technique);
         settings.switches.multisampled = multisampled;
         let mut renderer = meniscus_render_gpu::GpuRenderer::new(settings);
@@ -84,15 +88,29 @@ fn what_the_caller_draws_hides_and_is_hidden() {
             &[&without, &with],
         );
         let (mut shown, mut hidden) = (0, 0);
+        // Pixels beside those that show the ball may get more rays because of it.
+        let beside = |k: usize| {
+            let w = SIZE.x as usize;
+            [k.wrapping_sub(1), k + 1, k.wrapping_sub(w), k + w]
+                .into_iter()
+                .any(|n| {
+                    layer
+                        .distance
+                        .get(n)
+                        .is_some_and(|theirs| *theirs < 1.01 * distances[n])
+                })
+        };
         for (k, (&theirs, &ours)) in layer.distance.iter().zip(&distances).enumerate() {
             // Four samples of a pixel at an edge are some of each.
             if (theirs / ours - 1.0).abs() < if multisampled { 0.1 } else { 1e-5 } {
                 continue;
             }
             if theirs < ours {
+                // An edge of the caller's is an edge of the picture: more rays at places of the same pixel, where the
+                // same lies in front.
                 assert!((with.pixels[k] - colour).length() < 1e-3, "{technique:?} {k}");
                 shown += 1;
-            } else {
+            } else if !(multisampled && technique == Technique::Heightfield && beside(k)) {
                 assert!(with.pixels[k] == without.pixels[k], "{technique:?} {k}");
                 hidden += u32::from(theirs.is_finite());
             }

@@ -5,6 +5,7 @@
 mod caustics;
 mod foreign;
 mod frames;
+mod looks;
 mod pruning;
 mod support;
 mod truth;

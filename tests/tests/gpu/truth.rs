@@ -206,9 +206,9 @@ fn radii_a_texel_and_heights_in_sixteen_bits() {
     assert!(20 * sixteen <= 11 * single, "{sixteen} {single}");
 }
 
-/// Four samples a pixel come nearer to the ray tracer's many at the edges of things.
+/// Four samples a pixel, or four more rays where pixels differ, come nearer to the ray tracer's many at the edges of things.
 #[test]
-fn multisampling_takes_away_stairs_of_triangles() {
+fn multisampling_takes_away_stairs() {
     let scene = scene("pool");
     let frame = frame(&scene, 20);
     let mut view = view(&scene, Some("edge"), SIZE);
@@ -220,16 +220,29 @@ fn multisampling_takes_away_stairs_of_triangles() {
         .unwrap();
     // Pixels in front of the water, where triangles are all that there is.
     let dry: Vec<bool> = places.pixels.iter().map(|p| !p.water).collect();
-    let of = |multisampled| {
-        let mut settings = Settings::new(Technique::TwoPhase);
-        settings.switches.multisampled = multisampled;
-        let (image, _) = gpu_image(&mut GpuRenderer::new(settings), &scene, &frame, &view);
-        keep(&format!("multisampled-{multisampled}"), &[&truth, &image]);
-        (rmse(&truth, &image, Some(&dry)), rmse(&truth, &image, None))
-    };
-    let (one, four) = (of(false), of(true));
-    println!("1 sample {one:?}, 4 samples {four:?} (dry, all)");
-    assert!(four.0 < 0.8 * one.0 && four.1 < one.1, "{one:?} {four:?}");
+    for technique in [Technique::TwoPhase, Technique::Heightfield] {
+        let of = |multisampled| {
+            let mut settings = Settings::new(technique);
+            settings.switches.multisampled = multisampled;
+            let (image, report) = gpu_image(&mut GpuRenderer::new(settings), &scene, &frame, &view);
+            keep(
+                &format!("multisampled-{technique:?}-{multisampled}"),
+                &[&truth, &image],
+            );
+            assert_eq!(
+                technique == Technique::Heightfield && multisampled,
+                report.stages.iter().any(|(name, _)| *name == "edges"),
+                "{report:?}"
+            );
+            (rmse(&truth, &image, Some(&dry)), rmse(&truth, &image, None))
+        };
+        let (one, four) = (of(false), of(true));
+        println!("{technique:?}: 1 sample {one:?}, 4 samples {four:?} (dry, all)");
+        assert!(
+            four.0 < 0.8 * one.0 && four.1 < one.1,
+            "{technique:?}: {one:?} {four:?}"
+        );
+    }
 }
 
 /// Foam, droplets, and the sides of an aquarium with the ball and the box behind them.
@@ -285,4 +298,35 @@ fn samples_take_away_stairs() {
     });
     println!("1 sample {one}, 8 samples {eight}");
     assert!(eight < 0.6 * one, "{one} {eight}");
+}
+
+/// Flat water shows every pixel what the broad phase drew there; waves send some rays beyond the picture's edge, which are counted.
+#[test]
+fn what_lies_beyond_the_picture_is_counted() {
+    let scene = scene("pool");
+    let mut frame = Frame::new(scene.grid);
+    // All of it is water, far from the walls.
+    let view = View {
+        position: glam::vec3(3.0, 1.2, 2.0),
+        target: glam::vec3(3.0, 0.0, 1.7),
+        vertical_fov: 0.5,
+        ..view(&scene, Some("edge"), SIZE)
+    };
+    let mut renderer = gpu(Technique::TwoPhase);
+    let mut beyond = |frame: &Frame| {
+        gpu_image(&mut renderer, &scene, frame, &view);
+        renderer.missing()[0]
+    };
+    let calm = beyond(&frame);
+    let spec = scene.grid;
+    frame.elevation = Grid::from_fn(spec, |i, j| {
+        0.01 * (8.0 * (spec.position(i, j).x + spec.position(i, j).y)).sin()
+    });
+    let lively = beyond(&frame);
+    let border = 2 * (SIZE.x + SIZE.y);
+    println!("{calm} pixels on flat water, {lively} on waves, of {border} at the border");
+    assert!(
+        calm == 0 && lively > border / 20 && lively < 4 * border,
+        "{calm} {lively}"
+    );
 }

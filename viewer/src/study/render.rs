@@ -13,6 +13,7 @@ use meniscus_sim::render::{Image, Renderer as _, View};
 use meniscus_sim::stage::Lens;
 use meniscus_sim::{Frame, Scene};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 /// The study.
 pub(crate) struct RenderStudy;
@@ -205,13 +206,21 @@ impl Truth {
             let run = Run::new(method, width, move |probe| {
                 let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
                 let mut image = Image::default();
+                let start = Instant::now();
                 renderer.render(&truth.scene, &truth.frame, &truth.view, &mut image, &|_| true)?;
+                let first = start.elapsed().as_secs_f64();
                 let drawn = probe
                     .time(|| renderer.render(&truth.scene, &truth.frame, &truth.view, &mut image, &|_| true));
                 let report = drawn?;
+                let [beyond, nothing, lost] = renderer.missing();
+                let pipelines = renderer.pipelines();
                 let met = renderer.met(&truth.scene, &truth.frame, &truth.view)?;
                 let outcome = truth.score(&image, &met)?;
-                Ok(outcome.remark(format!("on {}", report.device.unwrap_or_default())))
+                Ok(outcome.remark(format!(
+                    "on {}; first frame {first:.2} s, {pipelines} pipelines; looked up beyond the picture {beyond}, where nothing is \
+                     drawn {nothing}, marched to nothing {lost}",
+                    report.device.unwrap_or_default()
+                )))
             });
             match settings.technique {
                 Technique::TwoPhase => run.with("rounds", settings.switches.narrow_steps),

@@ -17,36 +17,20 @@ fn beyond(side: vec4f, p: vec3f) -> f32 {
     return side.z * (along_side(side, p) - side.y);
 }
 
+// Whether a point is not beyond the glass by more than a hair.
 fn within_glass(p: vec3f) -> bool {
-    for (var k = 0u; k < stage.side_count; k++) {
-        let side = stage.sides[k];
-        if side.w > 0.0 && beyond(side, p) > stage.hair {
-            return false;
-        }
-    }
-    return true;
+    return all(p.xz >= stage.glass.xy - stage.hair) && all(p.xz <= stage.glass.zw + stage.hair);
 }
 
-// Whether a point is not beyond any side that ends the water.
+// The same of all sides that end the water.
 fn within_sides(p: vec3f) -> bool {
-    for (var k = 0u; k < stage.side_count; k++) {
-        if beyond(stage.sides[k], p) > stage.hair {
-            return false;
-        }
-    }
-    return true;
+    return within_glass(p) && all(p.xz >= stage.walls.xy - stage.hair) && all(p.xz <= stage.walls.zw + stage.hair);
 }
 
 // The point, or the one a hair inside the walls that it is at.
 fn inside_walls(p: vec3f) -> vec3f {
-    var q = p;
-    for (var k = 0u; k < stage.side_count; k++) {
-        let side = stage.sides[k];
-        if side.w == 0.0 {
-            q -= max(beyond(side, q) + stage.hair, 0.0) * side_normal(side);
-        }
-    }
-    return q;
+    let q = clamp(p.xz, stage.walls.xy + stage.hair, stage.walls.zw - stage.hair);
+    return vec3f(q.x, p.y, q.y);
 }
 
 fn cast_solid_edges(o: vec3f, d: vec3f, t_max: f32) -> EdgeHit {

@@ -13,12 +13,6 @@ const WALL_MESH: u32 = 1u;
 const DECK_MESH: u32 = 2u;
 const OBJECT_MESH: u32 = 3u;
 
-struct Vertex {
-    position: vec3f,
-    normal: vec3f,
-    color: vec3f,
-}
-
 // Corner `k` (0 to 5) of a square's two triangles.
 fn square_corner(k: u32) -> vec2u {
     return vec2u((0x32u >> k) & 1u, (0x2cu >> k) & 1u);
@@ -49,7 +43,7 @@ fn ground_vertex(k: u32) -> Vertex {
         stretched(at.x, n.x, f.low.x, f.high.x, horizon_reach()),
         stretched(at.y, n.y, f.low.y, f.high.y, horizon_reach()),
     );
-    return Vertex(vec3f(p.x, field_height(GROUND_FIELD, p), p.y), vec3f(0.0, 1.0, 0.0), vec3f(0.0));
+    return plain(vec3f(p.x, field_height(GROUND_FIELD, p), p.y), vec3f(0.0, 1.0, 0.0), vec3f(0.0));
 }
 
 fn lowest() -> f32 {
@@ -69,9 +63,9 @@ fn wall_vertex(k: u32) -> Vertex {
     let y = mix(lowest(), stage.deck, at.y);
     let normal = -side_normal(side);
     if side.x > 1.0 {
-        return Vertex(vec3f(mix(f.low.x, f.high.x, at.x), y, side.y), normal, stage.steep);
+        return plain(vec3f(mix(f.low.x, f.high.x, at.x), y, side.y), normal, stage.steep);
     }
-    return Vertex(vec3f(side.y, y, mix(f.low.y, f.high.y, at.x)), normal, stage.steep);
+    return plain(vec3f(side.y, y, mix(f.low.y, f.high.y, at.x)), normal, stage.steep);
 }
 
 fn deck_vertex(k: u32) -> Vertex {
@@ -88,10 +82,10 @@ fn deck_vertex(k: u32) -> Vertex {
     let up = vec3f(0.0, 1.0, 0.0);
     if side.x > 1.0 {
         let half = 0.5 * (f.high.x - f.low.x);
-        return Vertex(vec3f(0.5 * (f.low.x + f.high.x) + s * half + across * reach, stage.deck, out), up, stage.steep);
+        return plain(vec3f(0.5 * (f.low.x + f.high.x) + s * half + across * reach, stage.deck, out), up, stage.steep);
     }
     let half = 0.5 * (f.high.y - f.low.y);
-    return Vertex(vec3f(out, stage.deck, 0.5 * (f.low.y + f.high.y) + s * half + across * reach), up, stage.steep);
+    return plain(vec3f(out, stage.deck, 0.5 * (f.low.y + f.high.y) + s * half + across * reach), up, stage.steep);
 }
 
 fn vertex_of(k: u32) -> Vertex {
@@ -101,13 +95,6 @@ fn vertex_of(k: u32) -> Vertex {
         case DECK_MESH: { return deck_vertex(k); }
         default: { return object_vertex(k); }
     }
-}
-
-struct Corner {
-    @builtin(position) clip: vec4f,
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) color: vec3f,
 }
 
 // The place of a fragment. Points of walls lie beyond the water's grid by a rounding, where its level of rest would stand for waves.

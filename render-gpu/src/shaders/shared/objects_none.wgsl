@@ -1,7 +1,7 @@
 // A scene without objects.
 
 fn object_vertex(k: u32) -> Vertex {
-    return Vertex(vec3f(0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0));
+    return plain(vec3f(0.0), vec3f(0.0, 1.0, 0.0), vec3f(0.0));
 }
 
 fn object_lift() -> f32 {

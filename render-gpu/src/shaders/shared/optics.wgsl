@@ -1,5 +1,9 @@
 // The formulas of `sim/src/optics.rs` under the same names; its constants come before, generated.
 
+fn linear_of_srgb(c: vec3f) -> vec3f {
+    return select(pow((c + 0.055) / 1.055, vec3f(2.4)), c / 12.92, c <= vec3f(0.04045));
+}
+
 fn reflectance_at_normal(n: f32) -> f32 {
     let r = (n - 1.0) / (n + 1.0);
     return r * r;

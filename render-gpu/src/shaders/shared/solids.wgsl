@@ -2,7 +2,8 @@
 //
 // A record is six rows of `solids`: (centre, kind), (half lengths, bound), (first row of body_from_world, red),
 // (second, green), (third, blue), (root of the hierarchy, first triangle, 0, 0). A node is two rows: (low, first),
-// (high, count); without count, `first` is the first of two children that stand side by side. A triangle is six: three corners, three normals.
+// (high, count); without count, `first` is the first of two children that stand side by side. A triangle is TRIANGLE_ROWS: three
+// corners, three normals, and what `looks.wgsl` says.
 
 @group(0) @binding(4) var<storage, read> solids: array<vec4u>;
 
@@ -18,10 +19,17 @@ struct SolidHit {
     color: vec3f,
 }
 
+// `triangle` is its row, 0 where there is none; `weights` are those of its second and third corner.
 struct BodyHit {
     t: f32,
     normal: vec3f,
     shading: vec3f,
+    triangle: u32,
+    weights: vec2f,
+}
+
+fn body_hit(t: f32, normal: vec3f) -> BodyHit {
+    return BodyHit(t, normal, normal, 0u, vec2f(0.0));
 }
 
 fn row(k: u32) -> vec3f {
@@ -36,7 +44,7 @@ fn cast_box(o: vec3f, d: vec3f, half: vec3f) -> BodyHit {
     for (var k = 0; k < 3; k++) {
         if d[k] == 0.0 {
             if abs(o[k]) > half[k] {
-                return BodyHit(FAR, vec3f(0.0), vec3f(0.0));
+                return body_hit(FAR, vec3f(0.0));
             }
             continue;
         }
@@ -54,16 +62,16 @@ fn cast_box(o: vec3f, d: vec3f, half: vec3f) -> BodyHit {
         }
     }
     if near > far || far < 0.0 {
-        return BodyHit(FAR, vec3f(0.0), vec3f(0.0));
+        return body_hit(FAR, vec3f(0.0));
     }
     if near >= 0.0 {
-        return BodyHit(near, near_normal, near_normal);
+        return body_hit(near, near_normal);
     }
-    return BodyHit(far, far_normal, far_normal);
+    return body_hit(far, far_normal);
 }
 
 fn cast_cylinder(o: vec3f, d: vec3f, radius: f32, half: f32) -> BodyHit {
-    var best = BodyHit(FAR, vec3f(0.0), vec3f(0.0));
+    var best = body_hit(FAR, vec3f(0.0));
     let a = dot(d.xz, d.xz);
     if a > 0.0 {
         let b = dot(o.xz, d.xz);
@@ -74,7 +82,7 @@ fn cast_cylinder(o: vec3f, d: vec3f, radius: f32, half: f32) -> BodyHit {
                 let p = o + t * d;
                 if abs(p.y) <= half && t >= 0.0 && t < best.t {
                     let n = vec3f(p.x, 0.0, p.z) / radius;
-                    best = BodyHit(t, n, n);
+                    best = body_hit(t, n);
                 }
             }
         }
@@ -86,7 +94,7 @@ fn cast_cylinder(o: vec3f, d: vec3f, radius: f32, half: f32) -> BodyHit {
             let p = o + t * d;
             if dot(p.xz, p.xz) <= radius * radius && t >= 0.0 && t < best.t {
                 let n = vec3f(0.0, sign(y), 0.0);
-                best = BodyHit(t, n, n);
+                best = body_hit(t, n);
             }
         }
     }
@@ -94,7 +102,7 @@ fn cast_cylinder(o: vec3f, d: vec3f, radius: f32, half: f32) -> BodyHit {
 }
 
 fn cast_model(o: vec3f, d: vec3f, root: u32, first: u32, t_max: f32) -> BodyHit {
-    var best = BodyHit(t_max, vec3f(0.0), vec3f(0.0));
+    var best = body_hit(t_max, vec3f(0.0));
     var found = FAR;
     var face = vec3f(0.0);
     var which = 0u;
@@ -121,7 +129,7 @@ fn cast_model(o: vec3f, d: vec3f, root: u32, first: u32, t_max: f32) -> BodyHit 
             continue;
         }
         for (var k = 0u; k < count; k++) {
-            let triangle = first + 6u * (start + k);
+            let triangle = first + TRIANGLE_ROWS * (start + k);
             let a = row(triangle) - o;
             let b = row(triangle + 1u) - o;
             let c = row(triangle + 2u) - o;
@@ -151,6 +159,8 @@ fn cast_model(o: vec3f, d: vec3f, root: u32, first: u32, t_max: f32) -> BodyHit 
     let area = dot(face, face);
     let w1 = dot(cross(at - a, row(which + 2u) - a), face) / area;
     let w2 = dot(cross(row(which + 1u) - a, at - a), face) / area;
+    best.triangle = which;
+    best.weights = vec2f(w1, w2);
     best.normal = normalize(face);
     let smooth_normal = (1.0 - w1 - w2) * row(which + 3u) + w1 * row(which + 4u) + w2 * row(which + 5u);
     best.shading = select(best.normal, normalize(smooth_normal), dot(smooth_normal, smooth_normal) > 1e-12);
@@ -159,6 +169,9 @@ fn cast_model(o: vec3f, d: vec3f, root: u32, first: u32, t_max: f32) -> BodyHit 
 
 fn cast_solids(o: vec3f, d: vec3f, t_max: f32) -> SolidHit {
     var best = SolidHit(FAR, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var nearest = 0u;
+    var triangle = 0u;
+    var weights = vec2f(0.0);
     var limit = t_max;
     for (var k = 0u; k < stage.solid_count; k++) {
         let record = 6u * k;
@@ -173,7 +186,7 @@ fn cast_solids(o: vec3f, d: vec3f, t_max: f32) -> SolidHit {
         let origin = turn * -to;
         let direction = turn * d;
         let half = row(record + 1u);
-        var hit = BodyHit(FAR, vec3f(0.0), vec3f(0.0));
+        var hit = body_hit(FAR, vec3f(0.0));
         switch solids[record].w {
             case SPHERE: {
                 hit.t = cast_sphere(origin, direction, half.x);
@@ -193,14 +206,22 @@ fn cast_solids(o: vec3f, d: vec3f, t_max: f32) -> SolidHit {
         if hit.t <= limit {
             limit = hit.t;
             let back = transpose(turn);
-            let color = bitcast<vec3f>(vec3u(solids[record + 2u].w, solids[record + 3u].w, solids[record + 4u].w));
-            best = SolidHit(hit.t, back * hit.normal, back * hit.shading, color);
+            best = SolidHit(hit.t, back * hit.normal, back * hit.shading, vec3f(0.0));
+            nearest = record;
+            triangle = hit.triangle;
+            weights = hit.weights;
         }
+    }
+    if best.t < FAR {
+        best.color = hit_color(nearest, triangle, weights);
     }
     return best;
 }
 
-fn solid_color(k: u32) -> vec3f {
-    let record = 6u * k;
+fn record_color(record: u32) -> vec3f {
     return bitcast<vec3f>(vec3u(solids[record + 2u].w, solids[record + 3u].w, solids[record + 4u].w));
+}
+
+fn solid_color(k: u32) -> vec3f {
+    return record_color(6u * k);
 }

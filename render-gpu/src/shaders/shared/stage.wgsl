@@ -78,6 +78,9 @@ struct Stage {
     side_count: u32,
     deck: f32,
     sides: array<vec4f, 4>,
+    // What walls, and what glass sides leave between them: lowest x and z, highest x and z.
+    walls: vec4f,
+    glass: vec4f,
     map_low: vec2f,
     photons: vec2u,
     map_size: vec2u,
