@@ -83,6 +83,16 @@ pub(crate) fn items(scene: &Scene, size: UVec2, settings: &Settings) -> Vec<Plan
         },
         0,
     ));
+    items.push(item(
+        "materials",
+        facts.looks,
+        if facts.looks {
+            "models have more than one colour"
+        } else {
+            "no model has more than one colour"
+        },
+        0,
+    ));
     items.push(item("foam", false, "taken up only by frames that carry it", 0));
     items.push(item(
         "droplets",

@@ -3,6 +3,7 @@
 use crate::support::*;
 use glam::UVec2;
 use meniscus_render_gpu::facts::Facts;
+use meniscus_render_gpu::shader::Piece;
 use meniscus_render_gpu::{Settings, Technique, pass_names, techniques};
 
 fn planned(name: &str, technique: Technique) -> (Vec<&'static str>, u64) {
@@ -65,6 +66,45 @@ fn a_pass_whose_pictures_nobody_reads_is_dropped() {
         !found.contains(&"things beyond") && found.contains(&"water surface"),
         "{found:?}"
     );
+}
+
+/// What a scene and its frame do not have is in no pipeline, not even as a branch that is never taken.
+#[test]
+fn pipelines_hold_no_code_for_what_is_not_there() {
+    let code = |name: &str, technique| {
+        let scene = scene(name);
+        let settings = Settings::new(technique);
+        let facts = Facts::of_scene(&scene, &scene.grid, UVec2::new(64, 36), &settings).unwrap();
+        let passes = techniques::passes(&facts, &settings);
+        let plan = passes.graph.plan(&[passes.picture]).unwrap();
+        let work = |&k: &usize| passes.graph.passes()[k].work.pieces.clone();
+        let pieces: Vec<Piece> = plan.passes.iter().flat_map(work).collect();
+        let optional = [
+            Piece::Caustics,
+            Piece::Photons,
+            Piece::Solids,
+            Piece::Foam,
+            Piece::Spray,
+            Piece::SkyPicture,
+            Piece::Looks,
+            Piece::HeightfieldEdges,
+            Piece::Foreign,
+        ];
+        optional.into_iter().filter(|p| pieces.contains(p)).collect::<Vec<_>>()
+    };
+    for technique in [Technique::Heightfield, Technique::TwoPhase] {
+        assert_eq!(code("swell", technique), [Piece::SkyPicture], "{technique:?}");
+        assert_eq!(
+            code("ripple-tank", technique),
+            [Piece::Caustics, Piece::Photons],
+            "{technique:?}"
+        );
+        assert_eq!(
+            code("pool", technique),
+            [Piece::Caustics, Piece::Photons, Piece::Solids],
+            "{technique:?}"
+        );
+    }
 }
 
 #[test]
