@@ -78,7 +78,9 @@ pub(super) fn prepare(fluid: &mut Fluid) {
 /// Makes the velocities in `work.flow` free of compression.
 pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let n = fluid.len();
+    let mass = fluid.particle_mass();
     let work = &mut fluid.work;
+    fluid.floating.carried(true, n, &mut work.buffers.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -86,11 +88,12 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         touch: &work.touch,
         corrected: true,
         gain: dt * dt,
+        floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
     };
-    let flow = &work.flow;
+    let (flow, carried) = (&work.flow, &work.buffers.carried);
     work.buffers.source.resize(n, 0.0);
     fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let rate = system.rate(&near, flow) - system.moving(near.i);
+        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
         (work.local[near.i].filled - 1.0).min(0.0) + dt * rate
     });
     let tolerance = fluid.settings.velocity_tolerance(dt);
@@ -101,6 +104,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         .zip(&work.buffers.acceleration)
         .for_each(|(v, a)| *v += dt * *a);
     fluid.mirrors.extend_vectors(&mut work.flow, n);
+    fluid.floating.push(&work.buffers.carried, dt);
     stepped.iterations[1] = iterations;
     stepped.divergence = left / f64::from(dt);
     stepped.stalled |= left > tolerance;
@@ -111,6 +115,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let n = fluid.len();
     let work = &mut fluid.work;
+    fluid.floating.carried(false, n, &mut work.buffers.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -118,11 +123,12 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         touch: &work.touch,
         corrected: false,
         gain: 1.0,
+        floating: None,
     };
-    let flow = &work.flow;
+    let (flow, carried) = (&work.flow, &work.buffers.carried);
     fluid.neighbours.map(&mut work.buffers.source, |near| {
         let over = work.local[near.i].density - 1.0;
-        let rate = system.rate(&near, flow) - system.moving(near.i);
+        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
         (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) + dt * rate
     });
     let tolerance = fluid.settings.density_tolerance;

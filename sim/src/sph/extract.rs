@@ -89,6 +89,11 @@ impl Extractor {
         self.radius
     }
 
+    /// Radius in metres of the sphere that holds a particle's water.
+    pub fn droplet(&self) -> f32 {
+        DROPLET * self.spacing
+    }
+
     /// Writes surface and wanted channels of `fluid` to `out`, over ground of these heights. With `all`, every
     /// particle is a droplet of the frame, not only those clear of the surface.
     pub fn extract(&mut self, fluid: &Fluid, ground: &Grid<f32>, want: Channels, all: bool, out: &mut Frame) {
@@ -103,7 +108,7 @@ impl Extractor {
                 if all || p.y - 0.5 * self.spacing > self.highest_near(elevation, p) {
                     droplets.position.push(p);
                     droplets.velocity.push(v.truncate());
-                    droplets.radius.push(DROPLET * self.spacing);
+                    droplets.radius.push(self.droplet());
                 }
             }
         }

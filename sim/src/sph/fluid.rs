@@ -3,6 +3,7 @@
 use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
 use super::correction::Local;
+use super::floating::{Float, Floating};
 use super::kernel::{CubicSpline, Muller};
 use super::mirrors::Mirrors;
 use super::neighbours::Neighbours;
@@ -82,6 +83,7 @@ pub struct Fluid {
     pub(crate) mirrors: Mirrors,
     pub(crate) neighbours: Neighbours,
     pub(crate) work: Work,
+    pub(crate) floating: Floating,
     /// The neighbours are those of the present positions.
     fresh: bool,
 }
@@ -101,6 +103,7 @@ impl Fluid {
             mirrors: Mirrors::default(),
             neighbours: Neighbours::default(),
             work: Work::default(),
+            floating: Floating::default(),
             fresh: false,
         }
     }
@@ -180,6 +183,18 @@ impl Fluid {
         f64::from(sum / weight)
     }
 
+    /// Pressure over rest density at a place, m²/s²: the mean over the particles about it with the weights of the kernel, 0
+    /// where there is none.
+    pub fn pressure_at(&self, at: Vec3) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (p, &pressure) in self.particles.position.iter().zip(&self.particles.pressure) {
+            let w = f64::from(self.kernel.at((p.truncate() - at).length()));
+            sum += w * f64::from(pressure);
+            weight += w;
+        }
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    }
+
     /// Density over rest density at the positions before the last step.
     pub fn densities(&self) -> &[f32] {
         &self.work.density[..self.len().min(self.work.density.len())]
@@ -203,6 +218,23 @@ impl Fluid {
     /// Moves obstacles.
     pub fn boundary_mut(&mut self) -> &mut Boundary {
         &mut self.boundary
+    }
+
+    /// Bodies that the water moves. Every step changes their velocities, and the caller moves them and their obstacles.
+    pub fn floats(&self) -> &[Float] {
+        &self.floating.floats
+    }
+
+    /// Says what the water moves; the obstacles named are no longer known by their own motion.
+    pub fn set_floats(&mut self, floats: impl IntoIterator<Item = Float>) {
+        self.floating.floats.clear();
+        self.floating.floats.extend(floats);
+        for body in &self.floating.floats {
+            if let Some(obstacle) = self.boundary.obstacles.get_mut(body.obstacle) {
+                obstacle.floats = true;
+            }
+        }
+        self.fresh = false;
     }
 
     /// Mass of a particle in kg.
@@ -235,7 +267,7 @@ impl Fluid {
     pub fn stable_step(&self) -> f64 {
         let mut speed = self.fastest();
         for obstacle in &self.boundary.obstacles {
-            speed = speed.max(obstacle.pose.velocity.length());
+            speed = speed.max(obstacle.fastest());
         }
         let pressure = &self.particles.pressure;
         let head = reduce::arg_max(pressure.len(), |k| f64::from(pressure[k])).map_or(0.0, |p| p.1);
@@ -280,6 +312,13 @@ impl Fluid {
             Model::Dfsph => dfsph::prepare(self),
             Model::Mcg03 => mcg03::prepare(self),
         }
+        let (work, positions) = (&self.work, &self.particles.position);
+        let share = |i: usize| work.touch[i].share;
+        self.floating
+            .find(&self.boundary, &self.table, positions, share, sticks);
+        if mirrors {
+            self.floating.correct(&work.local);
+        }
         self.fresh = true;
     }
 
@@ -303,6 +342,8 @@ impl Fluid {
         flow.extend_from_slice(&self.particles.velocity);
         self.mirrors.extend_vectors(&mut flow, n);
         self.work.flow = flow;
+        self.floating.fall(self.settings.gravity, dt);
+        let mass = self.particle_mass();
         let stepped = match self.settings.model {
             Model::Dfsph => {
                 let mut stepped = Stepped::default();
@@ -318,14 +359,32 @@ impl Fluid {
                 dfsph::keep_density(self, dt, &mut stepped);
                 stepped
             }
-            Model::Mcg03 => mcg03::accelerate(self, dt),
+            Model::Mcg03 => {
+                let stepped = mcg03::accelerate(self, dt);
+                let (pressure, density) = (&self.particles.pressure, &self.work.density);
+                self.floating
+                    .react(mass, |i, gradient| 0.5 * dt * pressure[i] / density[i] * gradient);
+                stepped
+            }
         };
+        if self.settings.sticks && !self.floating.floats.is_empty() {
+            self.floating
+                .drag(&self.work.flow, mass, self.settings.viscosity * dt);
+        }
+        self.floating.tell(&mut self.boundary);
         self.move_on(dt);
         stepped
     }
 
     /// Moves the particles with their velocities and displacements, and back where they passed a boundary.
     fn move_on(&mut self, dt: f32) {
+        let (work, positions) = (&self.work, &self.particles.position);
+        let step = |i: usize| {
+            let v = work.flow[i].truncate();
+            ((positions[i] + work.change[i]).truncate() + dt * v, v)
+        };
+        let mass = f64::from(self.settings.density) * f64::from(self.settings.spacing).powi(3);
+        self.floating.bounce(&self.boundary, mass, step);
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
         let p = &mut self.particles;
         p.position
@@ -366,7 +425,8 @@ impl Fluid {
             + size_of::<Gradient>() * w.gradient.capacity()
             + 8 * w.inverse.capacity()
             + w.buffers.bytes()
-            + self.mirrors.bytes();
+            + self.mirrors.bytes()
+            + self.floating.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }
 }

@@ -8,6 +8,7 @@
 
 use super::boundary::Touch;
 use super::correction::Local;
+use super::floating::{Carried, Floating};
 use super::fluid::TASK;
 use super::mirrors::Mirrors;
 use super::neighbours::{Near, Neighbours};
@@ -35,6 +36,8 @@ pub(crate) struct System<'a> {
     pub(crate) corrected: bool,
     /// The factor c.
     pub(crate) gain: f32,
+    /// Bodies that the pressure accelerates as well, and the mass of a particle in kg.
+    pub(crate) floating: Option<(&'a Floating, f64)>,
 }
 
 /// Buffers of the solution; the arrays with images are longer than the particles are many.
@@ -45,6 +48,8 @@ pub(crate) struct Buffers {
     /// Accelerations of the pressures, with images.
     pub(crate) acceleration: Vec<Vec4>,
     pub(crate) source: Vec<f32>,
+    /// What bodies move with the pressures or directions at hand.
+    pub(crate) carried: Carried,
     residual: Vec<f32>,
     direction: Vec<f32>,
     product: Vec<f32>,
@@ -63,6 +68,7 @@ impl Buffers {
             + self.weight.capacity())
             + 16 * (self.acceleration.capacity() + self.pushed.capacity())
             + 8 * self.partial.capacity()
+            + self.carried.bytes()
     }
 }
 
@@ -111,8 +117,8 @@ impl System<'_> {
         }
     }
 
-    /// Accelerations of `pressure`, both with images.
-    fn accelerate(&self, pressure: &mut Vec<f32>, out: &mut Vec<Vec4>) {
+    /// Accelerations of `pressure`, both with images, and of bodies.
+    fn accelerate(&self, pressure: &mut Vec<f32>, out: &mut Vec<Vec4>, carried: &mut Carried) {
         let n = self.n();
         self.mirrors.extend_scalars(pressure, n);
         out.resize(n + self.mirrors.len(), Vec4::ZERO);
@@ -128,6 +134,10 @@ impl System<'_> {
             (-others.truncate() - own * sum).extend(0.0)
         });
         self.mirrors.extend_vectors(out, n);
+        match self.floating {
+            Some((floating, mass)) => floating.accelerate(p, mass, n, carried),
+            None => carried.clear(),
+        }
     }
 
     /// How far particle `i` is from a solution: compression that is left, or what a pressure too high opens.
@@ -157,12 +167,14 @@ impl System<'_> {
         work.pressure.extend_from_slice(pressure);
         let mut iterations = 0;
         let left = loop {
-            self.accelerate(&mut work.pressure, &mut work.acceleration);
+            self.accelerate(&mut work.pressure, &mut work.acceleration, &mut work.carried);
             let (a, p, source) = (&work.acceleration, &work.pressure, &work.source);
+            let carried = &work.carried;
             let left = self
                 .neighbours
                 .map_sum(&mut work.residual, &mut work.partial, |near| {
-                    let residual = source[near.i] + self.gain * self.rate(&near, a);
+                    let rate = self.rate(&near, a) - carried.at(near.i);
+                    let residual = source[near.i] + self.gain * rate;
                     (residual, self.error(near.i, residual, p[near.i]))
                 })
                 / n as f64;
@@ -199,12 +211,12 @@ impl System<'_> {
             let (r, weight) = (&work.residual, &work.weight);
             let tasks = work.direction[..n].par_iter_mut().with_min_len(TASK).enumerate();
             tasks.for_each(|(i, s)| *s = r[i] * weight[i] + keep * *s);
-            self.accelerate(&mut work.direction, &mut work.pushed);
-            let (pushed, direction) = (&work.pushed, &work.direction);
+            self.accelerate(&mut work.direction, &mut work.pushed, &mut work.carried);
+            let (pushed, direction, carried) = (&work.pushed, &work.direction, &work.carried);
             let curvature = self
                 .neighbours
                 .map_sum(&mut work.product, &mut work.partial, |near| {
-                    let product = -self.gain * self.rate(&near, pushed);
+                    let product = -self.gain * (self.rate(&near, pushed) - carried.at(near.i));
                     (product, f64::from(product * direction[near.i]))
                 });
             steps += 1;
