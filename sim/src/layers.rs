@@ -268,6 +268,9 @@ impl Solver for Layered {
         if out.bodies.is_some() {
             std::mem::swap(&mut out.bodies, &mut base.bodies);
         }
+        if out.particles.is_some() {
+            std::mem::swap(&mut out.particles, &mut base.particles);
+        }
         for layer in &self.layers {
             layer.solver.extract(want & layer.solver.offers() & added(), own);
             layer.add(own, base.depth.as_ref(), out);
