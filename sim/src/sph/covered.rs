@@ -10,59 +10,64 @@ use glam::{Vec2, Vec3};
 
 /// How near to a body, in particle spacings, the surface is taken for its dent.
 const NEAR: f32 = 1.0;
-/// Least upward part of a body's normal where the water lies on top of it.
+/// Least upward part of a body's normal where the water lies on top of it, up to so many spacings deep: what stands there
+/// says nothing of the surface around.
 const ON_TOP: f32 = 0.5;
+const FILM: f32 = 4.0;
 
 /// Closes the surface over the bodies that stand in it. Dry samples stay dry.
 pub(super) fn close(obstacles: &[Obstacle], spacing: f32, ground: &Grid<f32>, elevation: &mut Grid<f32>) {
     let spec = *elevation.spec();
     let (width, height) = (spec.width(), spec.height());
-    let mut open = Vec::new();
+    let (mut open, mut roofs) = (Vec::new(), Vec::new());
     for obstacle in obstacles {
-        let reach = obstacle.radius() + NEAR * spacing;
+        let reach = obstacle.radius() + FILM * spacing;
         let centre = Vec2::new(obstacle.pose.position.x, obstacle.pose.position.z);
         let first = spec.to_grid(centre - reach).floor().max(Vec2::ZERO).as_usizevec2();
         let last = spec.to_grid(centre + reach).ceil().max(Vec2::ZERO).as_usizevec2();
         for j in first.y..(last.y + 1).min(height) {
             for i in first.x..(last.x + 1).min(width) {
                 let (at, y) = (spec.position(i, j), elevation[(i, j)]);
-                let dent = obstacle
-                    .near(Vec3::new(at.x, y, at.y), NEAR * spacing)
-                    .is_some_and(|(_, normal, _)| normal.y < ON_TOP);
-                if dent && y > ground[(i, j)] {
-                    open.push((i, j));
+                match obstacle.near(Vec3::new(at.x, y, at.y), FILM * spacing) {
+                    _ if y <= ground[(i, j)] => {}
+                    Some((_, normal, _)) if normal.y >= ON_TOP => roofs.push((j, i)),
+                    Some((distance, ..)) if distance < NEAR * spacing => open.push((j, i)),
+                    _ => {}
                 }
             }
         }
     }
-    open.sort_unstable_by_key(|&(i, j)| (j, i));
-    open.dedup();
+    for list in [&mut open, &mut roofs] {
+        list.sort_unstable();
+        list.dedup();
+    }
+    open.retain(|sample| roofs.binary_search(sample).is_err());
     // Ring by ring from outside, each sample the mean of the neighbours that are known by then.
     let mut filled = Vec::new();
     while !open.is_empty() {
         filled.clear();
-        for &(i, j) in &open {
+        for &(j, i) in &open {
             let (mut sum, mut count) = (0.0, 0.0);
             for b in j.saturating_sub(1)..(j + 2).min(height) {
                 for a in i.saturating_sub(1)..(i + 2).min(width) {
-                    let wet = elevation[(a, b)] > ground[(a, b)];
-                    if wet && open.binary_search_by_key(&(b, a), |&(i, j)| (j, i)).is_err() {
+                    let known = |list: &[(usize, usize)]| list.binary_search(&(b, a)).is_err();
+                    if elevation[(a, b)] > ground[(a, b)] && known(&open) && known(&roofs) {
                         sum += elevation[(a, b)];
                         count += 1.0;
                     }
                 }
             }
             if count > 0.0 {
-                filled.push((i, j, sum / count));
+                filled.push((j, i, sum / count));
             }
         }
         if filled.is_empty() {
             return;
         }
-        for &(i, j, y) in &filled {
+        for &(j, i, y) in &filled {
             elevation[(i, j)] = y;
         }
-        open.retain(|&(i, j)| filled.binary_search_by_key(&(j, i), |&(i, j, _)| (j, i)).is_err());
+        open.retain(|sample| filled.binary_search_by_key(sample, |&(j, i, _)| (j, i)).is_err());
     }
 }
 
