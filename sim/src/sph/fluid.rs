@@ -47,6 +47,7 @@ pub(crate) struct Work {
     /// Changes of velocity, then displacements.
     pub(crate) change: Vec<Vec4>,
     pub(crate) buffers: Buffers,
+    pub(crate) fields: mcg03::Fields,
     pub(crate) residual: Vec<Vec4>,
     pub(crate) direction: Vec<Vec4>,
     pub(crate) product: Vec<Vec4>,
@@ -366,6 +367,7 @@ impl Fluid {
             + size_of::<Gradient>() * w.gradient.capacity()
             + 8 * w.inverse.capacity()
             + w.buffers.bytes()
+            + w.fields.bytes()
             + self.mirrors.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }

@@ -141,19 +141,31 @@ impl Muller {
         }
     }
 
+    pub(crate) fn support(&self) -> f32 {
+        self.support
+    }
+
     /// poly6 at squared distance `r2`, 1/m³ (eq. 20).
+    #[inline(always)]
     pub(crate) fn poly6(&self, r2: f32) -> f32 {
         let d = (self.support * self.support - r2).max(0.0);
         self.poly6 * d * d * d
     }
 
+    /// The factor of (h² − r²)³ in poly6, 1/m⁹.
+    pub(crate) fn poly6_scale(&self) -> f32 {
+        self.poly6
+    }
+
     /// Gradient factor of poly6 at squared distance `r2`, 1/m⁵.
+    #[inline(always)]
     pub(crate) fn poly6_gradient_factor(&self, r2: f32) -> f32 {
         let d = (self.support * self.support - r2).max(0.0);
         self.poly6_slope * d * d
     }
 
     /// Laplacian of poly6 at squared distance `r2`, 1/m⁵.
+    #[inline(always)]
     pub(crate) fn poly6_laplacian(&self, r2: f32) -> f32 {
         let h2 = self.support * self.support;
         let d = (h2 - r2).max(0.0);
@@ -161,12 +173,14 @@ impl Muller {
     }
 
     /// Gradient of spiky along the line between the points, −45/(πh⁶) (h − r)², 1/m⁴ (eq. 21).
+    #[inline(always)]
     pub(crate) fn spiky_slope(&self, r: f32) -> f32 {
         let d = (self.support - r).max(0.0);
         self.spiky_slope * d * d
     }
 
     /// Laplacian of the viscosity kernel, 45/(πh⁶) (h − r), 1/m⁵ (eq. 22).
+    #[inline(always)]
     pub(crate) fn viscosity_laplacian(&self, r: f32) -> f32 {
         self.viscous * (self.support - r).max(0.0)
     }

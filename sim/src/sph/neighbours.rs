@@ -204,7 +204,7 @@ impl Block {
 }
 
 /// A direction in which two particles in one place part: of chance, but the same for any run, and opposite for both.
-fn apart(i: usize, j: usize) -> Vec3 {
+pub(super) fn apart(i: usize, j: usize) -> Vec3 {
     let mut rng = Rng::new(i.min(j) as u64, i.max(j) as u64);
     let mut side = || rng.uniform_f32() - 0.5;
     let direction = Vec3::new(side(), side(), side()).normalize_or(Vec3::X);
@@ -223,7 +223,7 @@ fn near(
     square: f32,
     (mut found, first): (usize, usize),
 ) -> usize {
-    cells.runs_around(p.truncate(), |run| {
+    for run in cells.runs_around(p.truncate()).iter() {
         let room = found + run.len() + 1;
         if block.near.len() < room {
             block.near.resize(2 * room, 0);
@@ -238,6 +238,6 @@ fn near(
             squares[found] = r2;
             found += usize::from(r2 < square && j != i);
         }
-    });
+    }
     found
 }
