@@ -13,8 +13,9 @@
 
 use super::correction::{self, Local};
 use super::fluid::{Fluid, Stepped, TASK};
+use super::kernel::CubicSpline;
+use super::neighbours::Shape;
 use super::pressure::{System, inverse_diagonal};
-use glam::Vec4;
 use rayon::prelude::*;
 
 /// Share of the compression that a step removes, and the most that it does: particles put inside each other move apart
@@ -32,46 +33,64 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     let volume = d * d * d;
     let kernel = fluid.kernel;
     let soft = 0.01 * kernel.support() * kernel.support();
-    // Fourth value: the weight of the viscous force (see `viscosity`).
-    fluid.find_neighbours(|x, r2| {
-        let factor = volume * kernel.gradient_factor(r2.sqrt().max(1e-3 * d));
-        (factor * x).extend(10.0 / (-factor).max(1e-20) / (r2 + soft))
-    });
-    let work = &mut fluid.work;
-    let (place, touch, own) = (&work.place, &work.touch, volume * kernel.at(0.0));
+    let shape = Pair { kernel, volume, soft, least: (1e-3 * d).powi(2) };
+    let (n, work) = (fluid.particles.position.len(), &mut fluid.work);
+    let (touch, own) = (&work.touch, volume * kernel.at(0.0));
     let reach = fluid.kernel.depth_of_gradient(d);
-    fluid.neighbours.map(&mut work.local, |near| {
-        let p = place[near.i];
-        let touch = &touch[near.i];
-        let (mut density, mut sum) = (own, Vec4::ZERO);
-        for (j, g) in near.pairs() {
-            density += volume * kernel.at((p - place[j]).truncate().length());
-            sum += g;
-        }
-        let sum = sum.truncate() + touch.gradient;
-        density += touch.share;
+    let cells = [&fluid.cells, &fluid.mirrors.cells];
+    let (place, local) = (&work.place, &mut work.local[..n]);
+    fluid.neighbours.find(cells, place, kernel.support(), shape, local, |i, sums| {
+        let touch = &touch[i];
+        let sum = sums.gradient.truncate() + touch.gradient;
+        let density = own + sums.density + touch.share;
         Local {
-            rows: correction::rows(&near, place, touch),
+            rows: correction::rows(sums.moment, touch),
             sum,
             density,
             filled: density + reach * sum.length(),
             inverse: [0.0; 2],
         }
     });
-    let (mirrors, n) = (&fluid.mirrors, work.local.len());
-    let local = &work.local;
-    fluid.neighbours.pair_with(|i, j, g| {
-        let (source, sign) = mirrors.behind(j, n);
-        let other = sign * local[source].correct((sign * g.truncate()).extend(0.0));
-        [local[i].correct(g).extend(0.0), other.extend(0.0)]
-    });
+    let (mirrors, local) = (&fluid.mirrors, &work.local);
     let least = LEAST_DIAGONAL / (d * d);
-    fluid.neighbours.map(&mut work.inverse, |near| {
-        inverse_diagonal(&near, &local[near.i], least)
-    });
+    fluid.neighbours.pair_with(
+        |i, j, g| {
+            let own = local[i].correct(g);
+            let other = if j < n {
+                local[j].correct(g)
+            } else {
+                let (source, sign) = mirrors.behind(j, n);
+                let sign = sign.extend(0.0);
+                sign * local[source].correct(sign * g)
+            };
+            [own, other]
+        },
+        &mut work.inverse,
+        |i, squares| inverse_diagonal(squares, &local[i], least),
+    );
     for ((local, inverse), density) in work.local.iter_mut().zip(&work.inverse).zip(&mut work.density) {
         local.inverse = *inverse;
         *density = local.density;
+    }
+}
+
+/// What the solvers need of a pair. The value beside g is the weight of the viscous force (see `viscosity`).
+#[derive(Clone, Copy)]
+struct Pair {
+    kernel: CubicSpline,
+    volume: f32,
+    soft: f32,
+    /// Squared distance below which the kernel is flat.
+    least: f32,
+}
+
+impl Shape for Pair {
+    #[inline(always)]
+    fn of(&self, square: f32) -> [f32; 3] {
+        let r = square.max(self.least).sqrt();
+        let factor = self.volume * self.kernel.gradient_factor(r);
+        let weight = 10.0 / ((-factor).max(1e-20) * (square + self.soft));
+        [factor, weight, self.volume * self.kernel.at(r)]
     }
 }
 

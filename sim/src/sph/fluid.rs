@@ -168,15 +168,22 @@ impl Fluid {
     /// weights of the kernel. What single particles have besides averages out within one spacing and moves nothing.
     pub fn pressure(&self, k: usize) -> f64 {
         let (place, pressure) = (&self.work.place, &self.particles.pressure);
-        let (Some(near), Some(&p)) = (self.neighbours.of(k), place.get(k)) else {
+        let images = self.mirrors.len();
+        // As many as there were when they were sorted last.
+        let Some(n) = place.len().checked_sub(images).filter(|n| k < *n && *n <= pressure.len()) else {
             return 0.0;
         };
-        let own = self.kernel.at(0.0);
-        let (mut sum, mut weight) = (own * pressure[k], own);
-        for &j in near {
-            let w = self.kernel.at((p - place[j as usize]).truncate().length());
-            sum += w * pressure[self.mirrors.behind(j as usize, self.len()).0];
+        let p = place[k].truncate();
+        let (mut sum, mut weight) = (0.0, 0.0);
+        let mut add = |j: usize| {
+            let w = self.kernel.at((p - place[j].truncate()).length());
+            sum += w * pressure[self.mirrors.behind(j, n).0];
             weight += w;
+        };
+        self.cells.runs_around(p).iter().flatten().for_each(&mut add);
+        if images > 0 {
+            let beyond = self.mirrors.cells.runs_around(p);
+            beyond.iter().flatten().for_each(|j| add(n + j));
         }
         f64::from(sum / weight)
     }
@@ -282,14 +289,6 @@ impl Fluid {
             Model::Mcg03 => mcg03::prepare(self),
         }
         self.fresh = true;
-    }
-
-    /// Lists the neighbours of all particles, with `pair` of each.
-    pub(crate) fn find_neighbours(&mut self, pair: impl Fn(Vec3, f32) -> Vec4 + Sync) {
-        let (n, support) = (self.particles.position.len(), self.settings.support());
-        let images = &self.mirrors.cells;
-        self.neighbours
-            .find(&self.cells, images, n, &self.work.place, support, pair);
     }
 
     /// Takes one sub-step of `dt` seconds, which the caller has kept below [`Self::stable_step`].

@@ -66,18 +66,21 @@ impl CubicSpline {
     }
 
     /// Value at distance `r` in 1/m³.
+    #[inline(always)]
     pub(crate) fn at(&self, r: f32) -> f32 {
         let q = r * self.inverse;
         let u = (1.0 - q).max(0.0);
-        let inner = 6.0 * q * q * (q - 1.0) + 1.0;
-        self.value * if q <= 0.5 { inner } else { 2.0 * u * u * u }
+        let (inner, outer) = (6.0 * q * q * (q - 1.0) + 1.0, 2.0 * u * u * u);
+        self.value * if q <= 0.5 { inner } else { outer }
     }
 
     /// Factor by which the vector between the points is multiplied to give the gradient, in 1/m⁵.
+    #[inline(always)]
     pub(crate) fn gradient_factor(&self, r: f32) -> f32 {
         let q = r * self.inverse;
         let u = (1.0 - q).max(0.0);
-        self.slope * if q <= 0.5 { 3.0 * q - 2.0 } else { -u * u / q }
+        let (inner, outer) = (3.0 * q - 2.0, -u * u / q);
+        self.slope * if q <= 0.5 { inner } else { outer }
     }
 
     /// ∫ W over the plane at distance `s` ≥ 0 from the kernel's centre, in 1/m.

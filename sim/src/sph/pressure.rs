@@ -66,16 +66,16 @@ impl Buffers {
     }
 }
 
-/// Σ_j (v_i − v_j) ⊗ g_ij: rows are the components of v.
+/// Σ_j (v_i − v_j) ⊗ g_ij: columns belong to the components of g.
 #[inline]
 pub(crate) fn differences(near: &Near<'_>, v: &[Vec4]) -> [Vec4; 3] {
     let own = v[near.i];
     let mut sum = [Vec4::ZERO; 3];
     for (j, g) in near.pairs() {
         let dv = own - v[j];
-        sum[0] += dv.x * g;
-        sum[1] += dv.y * g;
-        sum[2] += dv.z * g;
+        sum[0] += g.x * dv;
+        sum[1] += g.y * dv;
+        sum[2] += g.z * dv;
     }
     sum
 }
@@ -91,7 +91,7 @@ impl System<'_> {
         let own = v[near.i];
         let wall = self.touch[near.i].gradient;
         let (gradients, wall) = if self.corrected {
-            (near.own, self.local[near.i].correct(wall.extend(0.0)))
+            (near.own, self.local[near.i].correct(wall.extend(0.0)).truncate())
         } else {
             (near.pair, wall)
         };
@@ -104,7 +104,7 @@ impl System<'_> {
         let touch = &self.touch[i];
         let g = touch.gradient;
         if self.corrected && touch.moving != 0.0 {
-            let along = g.dot(self.local[i].correct(g.extend(0.0)));
+            let along = g.dot(self.local[i].correct(g.extend(0.0)).truncate());
             touch.moving * along / g.length_squared().max(1e-20)
         } else {
             touch.moving
@@ -120,7 +120,7 @@ impl System<'_> {
         self.neighbours.map(&mut out[..n], |near| {
             let (own, local) = (p[near.i], &self.local[near.i]);
             let (gradients, sum) = if self.corrected {
-                (near.other, local.correct(local.sum.extend(0.0)))
+                (near.other, local.correct(local.sum.extend(0.0)).truncate())
             } else {
                 (near.pair, local.sum)
             };
@@ -242,10 +242,9 @@ impl System<'_> {
     }
 }
 
-/// Inverse of the diagonal of D Dᵀ, m², with L and without; `least` bounds the diagonal from below.
-pub(crate) fn inverse_diagonal(near: &Near<'_>, local: &Local, least: f32) -> [f32; 2] {
-    let plain = near.sum(near.pair, |_, g| g * g).truncate().element_sum();
-    let corrected = near.sum(near.own, |_, g| g * g).truncate().element_sum();
+/// Inverse of the diagonal of D Dᵀ, m², with L and without, from the sums of the squares of g and of L g; `least` bounds
+/// the diagonal from below.
+pub(crate) fn inverse_diagonal([plain, corrected]: [f32; 2], local: &Local, least: f32) -> [f32; 2] {
     let sum = local.correct(local.sum.extend(0.0));
     [
         1.0 / (corrected + sum.length_squared()).max(least),
