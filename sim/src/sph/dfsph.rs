@@ -24,6 +24,10 @@ const SHARE: f32 = 0.5;
 const GENTLE: f32 = 0.02;
 /// Smallest diagonal of the systems, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
+/// Share of the tolerance at which a run of the velocities may end: at a half, still water moves and its pressure is off by
+/// more than it may. Displacements need no more than their tolerance.
+const ENOUGH: f64 = 0.2;
+const CLOSE: f64 = 0.9;
 /// Farthest displacement in particle spacings.
 const FARTHEST: f32 = 0.25;
 
@@ -105,6 +109,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         touch: &work.touch,
         corrected: true,
         gain: dt * dt,
+        enough: ENOUGH,
     };
     let flow = &work.flow;
     work.buffers.source.resize(n, 0.0);
@@ -137,6 +142,7 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         touch: &work.touch,
         corrected: false,
         gain: 1.0,
+        enough: CLOSE,
     };
     let flow = &work.flow;
     fluid.neighbours.map(&mut work.buffers.source, |near| {

@@ -8,8 +8,9 @@
 //! Particles are binned by column. Each bin is searched downwards from its highest particle, taking up particles as
 //! they come within reach, so the cost grows with the number of columns and not with the depth of the water.
 
-use super::boundary::{Boundary, Ground, Outline};
+use super::boundary::{Boundary, Outline};
 use super::fluid::Fluid;
+use super::mirrors::Inner;
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
 use glam::{Vec2, Vec3, Vec4};
@@ -445,7 +446,7 @@ impl Candidates {
                 }
                 let near = self.push(p, tile, h);
                 // Images in upright planes are farther from what is before them than the particle itself.
-                if (near || inner.round) && !inner.holds(p) {
+                if (near || boundary.outline == Outline::Round) && !inner.holds(p) {
                     mirror(boundary, p, h, |image| {
                         self.push(image, tile, h);
                     });
@@ -544,36 +545,6 @@ impl Candidates {
             }
         }
         sums.iter().sum()
-    }
-}
-
-/// The box in which nothing is within reach of walls or ground; empty where that is not a box.
-struct Inner {
-    low: Vec3,
-    high: Vec3,
-    round: bool,
-}
-
-impl Inner {
-    fn new(boundary: &Boundary, h: f32) -> Self {
-        let round = boundary.outline == Outline::Round;
-        let [x0, x1, z0, z1] = boundary.walls;
-        let floor = match boundary.ground {
-            Ground::None => f32::NEG_INFINITY,
-            Ground::Flat(height) => height + h,
-            Ground::Heights(_) => f32::INFINITY,
-        };
-        let low = |present, wall: f32| if present { wall + h } else { f32::NEG_INFINITY };
-        let high = |present, wall: f32| if present { wall - h } else { f32::INFINITY };
-        Self {
-            low: Vec3::new(low(x0, boundary.low.x), floor, low(z0, boundary.low.y)),
-            high: Vec3::new(high(x1, boundary.high.x), f32::INFINITY, high(z1, boundary.high.y)),
-            round,
-        }
-    }
-
-    fn holds(&self, p: Vec3) -> bool {
-        !self.round && p.cmpge(self.low).all() && p.cmple(self.high).all()
     }
 }
 

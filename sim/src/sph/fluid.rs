@@ -4,7 +4,7 @@ use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
 use super::correction::Local;
 use super::kernel::{CubicSpline, Muller};
-use super::mirrors::Mirrors;
+use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
 use super::noise::{self, Gradient};
 use super::pressure::Buffers;
@@ -257,6 +257,7 @@ impl Fluid {
         if self.fresh {
             return;
         }
+        let free = free(&self.boundary, self.settings.support());
         let (p, work) = (&mut self.particles, &mut self.work);
         self.cells.sort(&p.position, self.settings.support());
         self.cells.reorder(&mut p.position, &mut work.spare4);
@@ -279,7 +280,14 @@ impl Fluid {
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&p.position)
-            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks, mirrors));
+            .for_each(|(touch, p)| {
+                let p = p.truncate();
+                *touch = if free.as_ref().is_some_and(|free| free.holds(p)) {
+                    Touch::default()
+                } else {
+                    table.touch(boundary, p, sticks, mirrors)
+                };
+            });
         work.density.resize(n, 0.0);
         work.local.resize(n, Local::default());
         work.inverse.resize(n, [0.0; 2]);
@@ -327,6 +335,7 @@ impl Fluid {
     /// Moves the particles with their velocities and displacements, and back where they passed a boundary.
     fn move_on(&mut self, dt: f32) {
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
+        let free = free(&self.boundary, spacing);
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
@@ -337,7 +346,9 @@ impl Fluid {
             .for_each(|(((position, velocity), flow), change)| {
                 let mut v = flow.truncate();
                 let mut x = (*position + *change).truncate() + dt * v;
-                boundary.confine(spacing, &mut x, &mut v);
+                if !free.as_ref().is_some_and(|free| free.holds(x)) {
+                    boundary.confine(spacing, &mut x, &mut v);
+                }
                 *velocity = v.extend(0.0);
                 *position = x.extend(0.0);
             });
@@ -370,4 +381,9 @@ impl Fluid {
             + self.mirrors.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }
+}
+
+/// Where no boundary is within `reach`, as far as that is quickly known.
+fn free(boundary: &Boundary, reach: f32) -> Option<Inner> {
+    boundary.obstacles.is_empty().then(|| Inner::new(boundary, reach))
 }

@@ -4,7 +4,7 @@
 //! at the wall are those inside the water, a lattice that begins half a spacing before a wall is in balance with it, and
 //! water slides along it without friction. In edges, corners and thin tanks images are mirrored again.
 
-use super::boundary::Boundary;
+use super::boundary::{Boundary, Ground, Outline};
 use super::cells::Cells;
 use glam::{Vec3, Vec4};
 
@@ -142,6 +142,36 @@ impl Mirrors {
         self.cells.bytes()
             + 16 * (self.position.capacity() + self.sign.capacity() + self.spare4.capacity())
             + 4 * (self.source.capacity() + self.spare.capacity())
+    }
+}
+
+/// The box in which nothing is within reach of walls or ground; it is empty where these are not flat.
+pub(crate) struct Inner {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Inner {
+    /// What is farther than `reach` from the walls and the ground of `boundary`.
+    pub(crate) fn new(boundary: &Boundary, reach: f32) -> Self {
+        let [x0, x1, z0, z1] = boundary.walls;
+        let floor = match boundary.ground {
+            _ if boundary.outline == Outline::Round => f32::INFINITY,
+            Ground::None => f32::NEG_INFINITY,
+            Ground::Flat(height) => height + reach,
+            Ground::Heights(_) => f32::INFINITY,
+        };
+        let low = |present, wall: f32| if present { wall + reach } else { f32::NEG_INFINITY };
+        let high = |present, wall: f32| if present { wall - reach } else { f32::INFINITY };
+        Self {
+            low: Vec3::new(low(x0, boundary.low.x), floor, low(z0, boundary.low.y)),
+            high: Vec3::new(high(x1, boundary.high.x), f32::INFINITY, high(z1, boundary.high.y)),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn holds(&self, p: Vec3) -> bool {
+        p.cmpgt(self.low).all() && p.cmplt(self.high).all()
     }
 }
 

@@ -117,8 +117,6 @@ impl Neighbours {
             block.start.clear();
             block.index.clear();
             block.pair.clear();
-            block.own.clear();
-            block.other.clear();
             block.start.push(0);
             for (k, out) in out.iter_mut().enumerate() {
                 let i = b * BLOCK + k;

@@ -20,8 +20,6 @@ const MOST: u32 = 300;
 /// What letting go of particles that pull may spoil, over the residual that is left. With none, most runs end at their
 /// first steps on single particles at the surface; from 0.2 on the sets begin to come back and some solutions stall.
 const BEARABLE: f64 = 0.03;
-/// Share of the tolerance at which a run may end. At a half, still water moves and its pressure is off by more than it may.
-const ENOUGH: f64 = 0.2;
 /// Conjugate directions before the set is taken anew.
 const RUN: u32 = 100;
 
@@ -35,6 +33,8 @@ pub(crate) struct System<'a> {
     pub(crate) corrected: bool,
     /// The factor c.
     pub(crate) gain: f32,
+    /// Share of the tolerance at which a run may end.
+    pub(crate) enough: f64,
 }
 
 /// Buffers of the solution; the arrays with images are longer than the particles are many.
@@ -170,7 +170,7 @@ impl System<'_> {
             if left <= tolerance || iterations >= MOST || !left.is_finite() {
                 break left;
             }
-            iterations += self.descend(work, ENOUGH * tolerance * n as f64);
+            iterations += self.descend(work, self.enough * tolerance * n as f64);
         };
         pressure.copy_from_slice(&work.pressure[..n]);
         (iterations, left)
