@@ -37,24 +37,31 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     let volume = d * d * d;
     let kernel = fluid.kernel;
     let soft = 0.01 * kernel.support() * kernel.support();
-    let shape = Pair { kernel, volume, soft, least: (1e-3 * d).powi(2) };
+    let shape = Pair {
+        kernel,
+        volume,
+        soft,
+        least: (1e-3 * d).powi(2),
+    };
     let (n, work) = (fluid.particles.position.len(), &mut fluid.work);
     let (touch, own) = (&work.touch, volume * kernel.at(0.0));
     let reach = fluid.kernel.depth_of_gradient(d);
     let cells = [&fluid.cells, &fluid.mirrors.cells];
     let (place, local) = (&work.place, &mut work.local[..n]);
-    fluid.neighbours.find(cells, place, kernel.support(), shape, local, |i, sums| {
-        let touch = &touch[i];
-        let sum = sums.gradient.truncate() + touch.gradient;
-        let density = own + sums.density + touch.share;
-        Local {
-            rows: correction::rows(sums.moment, touch),
-            sum,
-            density,
-            filled: density + reach * sum.length(),
-            inverse: [0.0; 2],
-        }
-    });
+    fluid
+        .neighbours
+        .find(cells, place, kernel.support(), shape, local, |i, sums| {
+            let touch = &touch[i];
+            let sum = sums.gradient.truncate() + touch.gradient;
+            let density = own + sums.density + touch.share;
+            Local {
+                rows: correction::rows(sums.moment, touch),
+                sum,
+                density,
+                filled: density + reach * sum.length(),
+                inverse: [0.0; 2],
+            }
+        });
     let (mirrors, local) = (&fluid.mirrors, &work.local);
     let least = LEAST_DIAGONAL / (d * d);
     fluid.neighbours.pair_with(

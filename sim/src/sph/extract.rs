@@ -178,7 +178,14 @@ impl Extractor {
             .enumerate()
             .for_each_init(Candidates::default, |candidates, (bz, out)| {
                 out.fill(f32::NEG_INFINITY);
-                pulp::Arch::new().dispatch(Row { from: self, bz, boundary, ground, candidates, out });
+                pulp::Arch::new().dispatch(Row {
+                    from: self,
+                    bz,
+                    boundary,
+                    ground,
+                    candidates,
+                    out,
+                });
             });
     }
 
@@ -501,7 +508,9 @@ impl Candidates {
         let scale = 1.0 / (h * h);
         let mut sums = [0.0_f32; LANES];
         let end = self.count.next_multiple_of(LANES);
-        let groups = self.x[..end].chunks_exact(LANES).zip(self.y[..end].chunks_exact(LANES));
+        let groups = self.x[..end]
+            .chunks_exact(LANES)
+            .zip(self.y[..end].chunks_exact(LANES));
         for ((px, py), pz) in groups.zip(self.z[..end].chunks_exact(LANES)) {
             for k in 0..LANES {
                 let (dx, dy, dz) = (at.x - px[k], y - py[k], at.y - pz[k]);

@@ -170,7 +170,11 @@ impl Fluid {
         let (place, pressure) = (&self.work.place, &self.particles.pressure);
         let images = self.mirrors.len();
         // As many as there were when they were sorted last.
-        let Some(n) = place.len().checked_sub(images).filter(|n| k < *n && *n <= pressure.len()) else {
+        let Some(n) = place
+            .len()
+            .checked_sub(images)
+            .filter(|n| k < *n && *n <= pressure.len())
+        else {
             return 0.0;
         };
         let p = place[k].truncate();

@@ -122,7 +122,15 @@ pub(super) fn prepare(fluid: &mut Fluid) {
             near.0 = cells.runs_around(place[b * BLOCK + k].truncate());
         }
         let first = b * BLOCK;
-        pulp::Arch::new().dispatch(Fill { kernel, volume, first, coordinates, touch, density, near });
+        pulp::Arch::new().dispatch(Fill {
+            kernel,
+            volume,
+            first,
+            coordinates,
+            touch,
+            density,
+            near,
+        });
     });
 }
 
@@ -159,17 +167,24 @@ fn within(kernel: &Muller, runs: &Runs, i: usize, [x, y, z]: [&[f32]; 3]) -> (f3
     // Vectors of four, since the compiler does not make any of this loop.
     let (mut sum, mut here) = (Vec4::ZERO, Vec4::ZERO);
     let (square, coincident) = (Vec4::splat(kernel.support().powi(2)), Vec4::splat(coincident));
-    groups(runs, #[inline(always)] |at, counts| {
-        let four = |list| Vec4::from_array(*lanes(list, at));
-        let (dx, dy, dz) = (px - four(x), py - four(y), pz - four(z));
-        let r2 = dx * dx + dy * dy + dz * dz;
-        let counts = Vec4::from_array(*counts);
-        let left = (square - r2).max(Vec4::ZERO);
-        sum += counts * (left * left * left);
-        here += counts * (coincident - r2).max(Vec4::ZERO);
-    });
+    groups(
+        runs,
+        #[inline(always)]
+        |at, counts| {
+            let four = |list| Vec4::from_array(*lanes(list, at));
+            let (dx, dy, dz) = (px - four(x), py - four(y), pz - four(z));
+            let r2 = dx * dx + dy * dy + dz * dz;
+            let counts = Vec4::from_array(*counts);
+            let left = (square - r2).max(Vec4::ZERO);
+            sum += counts * (left * left * left);
+            here += counts * (coincident - r2).max(Vec4::ZERO);
+        },
+    );
     // The particle itself gives `coincident` alone.
-    (kernel.poly6_scale() * sum.element_sum(), here.element_sum() > coincident.x)
+    (
+        kernel.poly6_scale() * sum.element_sum(),
+        here.element_sum() > coincident.x,
+    )
 }
 
 /// Takes the velocities in `work.flow` through `dt`.
@@ -185,7 +200,14 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
     tasks
         .zip(density)
         .for_each(|(p, density)| *p = stiffness * (density - 1.0).max(0.0));
-    let Fields { u, v, w, pressure, share, .. } = &mut work.fields;
+    let Fields {
+        u,
+        v,
+        w,
+        pressure,
+        share,
+        ..
+    } = &mut work.fields;
     Fields::spread(&work.flow, [u, v, w]);
     pressure.clear();
     pressure.extend_from_slice(&fluid.particles.pressure);
@@ -210,7 +232,11 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
     let blocks = work.flow[..n].par_chunks_mut(BLOCK).enumerate();
     blocks.for_each(|(b, flow)| {
         let first = b * BLOCK;
-        pulp::Arch::new().dispatch(Push { forces: &forces, first, flow });
+        pulp::Arch::new().dispatch(Push {
+            forces: &forces,
+            first,
+            flow,
+        });
     });
     let over = |i: usize| f64::from((work.density[i] - 1.0).max(0.0));
     Stepped {
@@ -277,22 +303,27 @@ impl Forces<'_> {
         let (pu, pv, pw) = (f.u[i], f.v[i], f.w[i]);
         let runs = &f.near[i].0;
         let [mut ax, mut ay, mut az] = [[0.0; LANES]; 3];
-        groups(runs, #[inline(always)] |at, counts: &Lanes| {
-            let (x, y, z): (&Lanes, &Lanes, &Lanes) = (lanes(&f.x, at), lanes(&f.y, at), lanes(&f.z, at));
-            let (u, v, w): (&Lanes, &Lanes, &Lanes) = (lanes(&f.u, at), lanes(&f.v, at), lanes(&f.w, at));
-            let (others, share): (&Lanes, &Lanes) = (lanes(&f.pressure, at), lanes(&f.share, at));
-            for k in 0..LANES {
-                let (dx, dy, dz) = (px - x[k], py - y[k], pz - z[k]);
-                let r = (dx * dx + dy * dy + dz * dz).sqrt();
-                let share = counts[k] * share[k];
-                let push = -0.5 * share * (pressure + others[k]) * self.kernel.spiky_slope(r) / r.max(self.least);
-                let drag = self.viscosity * share * self.kernel.viscosity_laplacian(r);
-                // Of what is out of reach the kernels are 0.
-                ax[k] += push * dx + drag * (u[k] - pu);
-                ay[k] += push * dy + drag * (v[k] - pv);
-                az[k] += push * dz + drag * (w[k] - pw);
-            }
-        });
+        groups(
+            runs,
+            #[inline(always)]
+            |at, counts: &Lanes| {
+                let (x, y, z): (&Lanes, &Lanes, &Lanes) = (lanes(&f.x, at), lanes(&f.y, at), lanes(&f.z, at));
+                let (u, v, w): (&Lanes, &Lanes, &Lanes) = (lanes(&f.u, at), lanes(&f.v, at), lanes(&f.w, at));
+                let (others, share): (&Lanes, &Lanes) = (lanes(&f.pressure, at), lanes(&f.share, at));
+                for k in 0..LANES {
+                    let (dx, dy, dz) = (px - x[k], py - y[k], pz - z[k]);
+                    let r = (dx * dx + dy * dy + dz * dz).sqrt();
+                    let share = counts[k] * share[k];
+                    let push = -0.5 * share * (pressure + others[k]) * self.kernel.spiky_slope(r)
+                        / r.max(self.least);
+                    let drag = self.viscosity * share * self.kernel.viscosity_laplacian(r);
+                    // Of what is out of reach the kernels are 0.
+                    ax[k] += push * dx + drag * (u[k] - pu);
+                    ay[k] += push * dy + drag * (v[k] - pv);
+                    az[k] += push * dz + drag * (w[k] - pw);
+                }
+            },
+        );
         let sum = |a: Lanes| a.iter().sum::<f32>();
         Vec3::new(sum(ax), sum(ay), sum(az))
     }

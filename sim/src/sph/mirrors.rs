@@ -165,7 +165,11 @@ impl Inner {
         let high = |present, wall: f32| if present { wall - reach } else { f32::INFINITY };
         Self {
             low: Vec3::new(low(x0, boundary.low.x), floor, low(z0, boundary.low.y)),
-            high: Vec3::new(high(x1, boundary.high.x), f32::INFINITY, high(z1, boundary.high.y)),
+            high: Vec3::new(
+                high(x1, boundary.high.x),
+                f32::INFINITY,
+                high(z1, boundary.high.y),
+            ),
         }
     }
 

@@ -127,23 +127,28 @@ impl Neighbours {
                     *square = square.max(coincident);
                 }
                 let density = pulp::Arch::new().dispatch(Evaluate { shape, block, found });
-                let mut sums = Sums { density, ..Sums::default() };
+                let mut sums = Sums {
+                    density,
+                    ..Sums::default()
+                };
                 block.index.extend_from_slice(&block.near[..found]);
                 let [factors, values, _] = &block.shape;
                 let each = block.near[..found].iter().zip(&block.square[..found]);
-                block.pair.extend(each.zip(factors.iter().zip(values)).map(|((&j, &r2), (factor, value))| {
-                    let x = if r2 > coincident {
-                        p - positions[j as usize]
-                    } else {
-                        (apart(i, j as usize) * coincident.sqrt()).extend(0.0)
-                    };
-                    let g = *factor * x;
-                    sums.gradient += g;
-                    sums.moment[0] -= x.x * g;
-                    sums.moment[1] -= x.y * g;
-                    sums.moment[2] -= x.z * g;
-                    Vec4::new(g.x, g.y, g.z, *value)
-                }));
+                block.pair.extend(each.zip(factors.iter().zip(values)).map(
+                    |((&j, &r2), (factor, value))| {
+                        let x = if r2 > coincident {
+                            p - positions[j as usize]
+                        } else {
+                            (apart(i, j as usize) * coincident.sqrt()).extend(0.0)
+                        };
+                        let g = *factor * x;
+                        sums.gradient += g;
+                        sums.moment[0] -= x.x * g;
+                        sums.moment[1] -= x.y * g;
+                        sums.moment[2] -= x.z * g;
+                        Vec4::new(g.x, g.y, g.z, *value)
+                    },
+                ));
                 block.start.push(block.index.len() as u32);
                 *out = finish(i, &sums);
             }
@@ -166,7 +171,9 @@ impl Neighbours {
                 let i = b * BLOCK + k;
                 let range = block.start[k] as usize..block.start[k + 1] as usize;
                 let (mut plain, mut square) = (Vec4::ZERO, Vec4::ZERO);
-                let own = block.own[range.clone()].iter_mut().zip(&mut block.other[range.clone()]);
+                let own = block.own[range.clone()]
+                    .iter_mut()
+                    .zip(&mut block.other[range.clone()]);
                 let pairs = block.index[range.clone()].iter().zip(&block.pair[range]);
                 for ((&j, &g), (own, other)) in pairs.zip(own) {
                     [*own, *other] = f(i, j as usize, g);

@@ -36,7 +36,11 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     work.gradient.resize(n, Gradient::default());
     fluid.neighbours.map(&mut work.gradient, |near| {
         let sum = differences(&near, flow);
-        Gradient(local[near.i].rows.map(|row| -(row.x * sum[0] + row.y * sum[1] + row.z * sum[2])))
+        Gradient(
+            local[near.i]
+                .rows
+                .map(|row| -(row.x * sum[0] + row.y * sum[1] + row.z * sum[2])),
+        )
     });
     let d = fluid.settings.spacing;
     let fall = (fluid.settings.gravity.length() * d).sqrt();
