@@ -50,6 +50,27 @@ fn drop_at(time: f64) -> Event {
 }
 
 #[test]
+fn stages_tell_where_the_time_of_a_frame_went() {
+    let text = "kind = \"shallow-water\"\ndepth = 1.0";
+    for (scene, names) in [
+        (pond(), &["wave-equation", "frame"][..]),
+        (scene(text), &["flow", "totals", "frame"]),
+    ] {
+        let mut source = live(&scene, Channels::DEPTH);
+        let mut frame = Frame::new(scene.grid);
+        let start = std::time::Instant::now();
+        for k in 0..3 {
+            next(&mut source, &mut frame);
+            let listed: Vec<&str> = source.stages().iter().map(|(name, _)| *name).collect();
+            // The first frame is the initial state: nothing is solved for it.
+            assert_eq!(listed, if k == 0 { &["frame"] } else { names });
+        }
+        let spent: f64 = source.stages().iter().map(|(_, seconds)| seconds).sum();
+        assert!(spent > 0.0 && spent <= start.elapsed().as_secs_f64(), "{spent}");
+    }
+}
+
+#[test]
 fn every_solver_that_is_compiled_in_can_be_built_by_its_name() {
     let infos = solvers::available();
     assert_eq!(

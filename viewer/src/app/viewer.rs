@@ -35,13 +35,13 @@ pub struct Layout {
 impl Default for Layout {
     fn default() -> Self {
         let shown = ["Volume", "Energy", "Time of a frame"];
-        let quantities = super::model::history::QUANTITIES.iter();
+        let titles = super::model::history::TITLES.iter();
         Self {
             side: true,
             plots: false,
             help: false,
             open: false,
-            plotted: quantities.map(|q| shown.contains(&q.title)).collect(),
+            plotted: titles.map(|title| shown.contains(title)).collect(),
             path: String::new(),
             overrides: String::new(),
             second: false,
