@@ -10,6 +10,7 @@ use meniscus_sim::source::LiveSource;
 use meniscus_sim::{
     Channels, Frame, FrameSource, Grid, GridSpec, Progress, Scene, Solver, SourceError, StepError, StepReport,
 };
+use std::path::Path;
 
 fn scene(solver: &str) -> Scene {
     let text = format!("name = \"test\"\n[solver]\nspacing = 0.25\n{solver}");
@@ -51,10 +52,12 @@ fn drop_at(time: f64) -> Event {
 
 #[test]
 fn stages_tell_where_the_time_of_a_frame_went() {
-    let text = "kind = \"shallow-water\"\ndepth = 1.0";
+    let tank = "name = \"tank\"\ndomain = { size = [8, 8] }\nterrain = { kind = \"flat\", height = -1.0 }\n\
+                solver = { kind = \"shallow-water\", spacing = 0.25 }";
+    let tank = Scene::from_toml(tank, Path::new("tank.toml"), Path::new("."), &[]).unwrap();
     for (scene, names) in [
         (pond(), &["wave-equation", "frame"][..]),
-        (scene(text), &["flow", "totals", "frame"]),
+        (tank, &["flow", "totals", "frame"]),
     ] {
         let mut source = live(&scene, Channels::DEPTH);
         let mut frame = Frame::new(scene.grid);

@@ -254,6 +254,9 @@ impl Viewer {
             session.clock.playing = false;
         }
         let replayed = session.replay().is_some();
+        if shifted(Key::L) && replayed {
+            session.clock.looping = !session.clock.looping;
+        }
         if pressed(Key::L) && session.failed.is_none() {
             session.clock.shuttle(false);
         }
