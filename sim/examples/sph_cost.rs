@@ -8,8 +8,6 @@ use meniscus_sim::sph::{Boundary, Extractor, Fluid, Model, Root, Settings, cases
 use meniscus_sim::{Channels, Frame, Grid, GridSpec};
 use std::error::Error;
 
-/// Steps of the paper's model before its cost is measured, in which the column falls.
-const WARM: u32 = 200;
 const TANK: Vec2 = Vec2::new(2.0, 0.52);
 
 /// Seconds that this thread has computed, where the system says so.
@@ -132,9 +130,6 @@ fn flat() -> Result<(), Box<dyn Error + Send + Sync>> {
 fn paper() -> Result<(), Box<dyn Error + Send + Sync>> {
     let spacing = 1.0 / 24.0;
     let mut fluid = paper_column(spacing, 21.0 / 24.0);
-    for _ in 0..WARM {
-        fluid.step(0.003);
-    }
     let spec = GridSpec::new(
         Vec2::ZERO,
         spacing,

@@ -370,3 +370,57 @@ impl Forces<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+    use crate::sph::{Boundary, Model, Settings, cases};
+
+    fn weightless(d: f32) -> Fluid {
+        let settings = Settings {
+            model: Model::Mcg03,
+            stiffness: 20.0,
+            gravity: Vec3::ZERO,
+            ..Settings::water(d)
+        };
+        Fluid::new(settings, Boundary::none())
+    }
+
+    #[test]
+    fn densities_are_the_sums_over_all_particles() {
+        let d = 0.1;
+        let mut fluid = weightless(d);
+        let mut rng = Rng::new(5, 0);
+        for _ in 0..700 {
+            let mut side = || rng.uniform_f32();
+            fluid.add(Vec3::new(1.5 * side(), side(), 0.7 * side()), Vec3::ZERO);
+        }
+        fluid.refresh();
+        let volume = d.powi(3) / fluid.settings.lattice_density();
+        for (p, density) in fluid.positions().iter().zip(fluid.densities()) {
+            let near = fluid.positions().iter().map(|q| p.distance_squared(*q));
+            let sum = volume * near.map(|r2| fluid.muller.poly6(r2)).sum::<f32>();
+            assert!((density - sum).abs() < 1e-5 * sum, "{density} {sum}");
+        }
+    }
+
+    #[test]
+    fn what_stands_in_one_place_parts() {
+        let mut fluid = weightless(0.1);
+        // So many that a corner is compressed too.
+        for _ in 0..5 {
+            cases::fill(&mut fluid, Vec3::ZERO, Vec3::splat(0.3));
+        }
+        for _ in 0..50 {
+            fluid.step(1e-3);
+        }
+        let at = fluid.positions();
+        for (k, p) in at.iter().enumerate() {
+            let nearest = at[k + 1..].iter().map(|q| p.distance(*q)).fold(1.0, f32::min);
+            assert!(nearest > 1e-3, "{nearest}");
+        }
+        let momentum: Vec4 = fluid.velocities().iter().sum();
+        assert!(momentum.length() < 1e-2, "{momentum}");
+    }
+}

@@ -223,13 +223,6 @@ impl Neighbours {
         partial.iter().sum()
     }
 
-    /// Neighbours of particle `k`, if it had been added when they were listed.
-    pub(crate) fn of(&self, k: usize) -> Option<&[u32]> {
-        let block = self.blocks.get(k / BLOCK)?;
-        let (from, to) = (block.start.get(k % BLOCK)?, block.start.get(k % BLOCK + 1)?);
-        block.index.get(*from as usize..*to as usize)
-    }
-
     pub(crate) fn bytes(&self) -> usize {
         self.blocks
             .iter()
