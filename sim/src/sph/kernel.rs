@@ -2,6 +2,7 @@
 //!
 //! Every kernel has compact support `h`, integrates to 1 over space and has the unit 1/m³.
 
+use glam::Vec4;
 use std::f32::consts::PI;
 
 /// Cubic spline (Monaghan 1992) of support `h`, with what each evaluation shares.
@@ -148,16 +149,11 @@ impl Muller {
         self.support
     }
 
-    /// poly6 at squared distance `r2`, 1/m³ (eq. 20).
+    /// poly6 at four squared distances, 1/m³ (eq. 20).
     #[inline(always)]
-    pub(crate) fn poly6(&self, r2: f32) -> f32 {
-        let d = (self.support * self.support - r2).max(0.0);
-        self.poly6 * d * d * d
-    }
-
-    /// The factor of (h² − r²)³ in poly6, 1/m⁹.
-    pub(crate) fn poly6_scale(&self) -> f32 {
-        self.poly6
+    pub(crate) fn poly6(&self, r2: Vec4) -> Vec4 {
+        let d = (Vec4::splat(self.support * self.support) - r2).max(Vec4::ZERO);
+        self.poly6 * (d * d * d)
     }
 
     /// Gradient factor of poly6 at squared distance `r2`, 1/m⁵.
@@ -211,7 +207,7 @@ mod tests {
         let cubic = CubicSpline::new(h);
         let muller = Muller::new(h);
         assert!((over_space(h, |r| cubic.at(r)) - 1.0).abs() < 1e-5);
-        assert!((over_space(h, |r| muller.poly6(r * r)) - 1.0).abs() < 1e-5);
+        assert!((over_space(h, |r| muller.poly6(Vec4::splat(r * r)).x) - 1.0).abs() < 1e-5);
         // Integrated by parts: ∫ −r W′(r) dV = 3 ∫ W dV.
         let parts = over_space(h, |r| -r * r * cubic.gradient_factor(r) / 3.0);
         let spiky = over_space(h, |r| -r * muller.spiky_slope(r) / 3.0);

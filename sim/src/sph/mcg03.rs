@@ -166,7 +166,7 @@ fn within(kernel: &Muller, runs: &Runs, i: usize, [x, y, z]: [&[f32]; 3]) -> (f3
     let (px, py, pz) = (x[i], y[i], z[i]);
     // Vectors of four, since the compiler does not make any of this loop.
     let (mut sum, mut here) = (Vec4::ZERO, Vec4::ZERO);
-    let (square, coincident) = (Vec4::splat(kernel.support().powi(2)), Vec4::splat(coincident));
+    let coincident = Vec4::splat(coincident);
     groups(
         runs,
         #[inline(always)]
@@ -175,16 +175,12 @@ fn within(kernel: &Muller, runs: &Runs, i: usize, [x, y, z]: [&[f32]; 3]) -> (f3
             let (dx, dy, dz) = (px - four(x), py - four(y), pz - four(z));
             let r2 = dx * dx + dy * dy + dz * dz;
             let counts = Vec4::from_array(*counts);
-            let left = (square - r2).max(Vec4::ZERO);
-            sum += counts * (left * left * left);
+            sum += counts * kernel.poly6(r2);
             here += counts * (coincident - r2).max(Vec4::ZERO);
         },
     );
     // The particle itself gives `coincident` alone.
-    (
-        kernel.poly6_scale() * sum.element_sum(),
-        here.element_sum() > coincident.x,
-    )
+    (sum.element_sum(), here.element_sum() > coincident.x)
 }
 
 /// Takes the velocities in `work.flow` through `dt`.
@@ -400,7 +396,7 @@ mod tests {
         let volume = d.powi(3) / fluid.settings.lattice_density();
         for (p, density) in fluid.positions().iter().zip(fluid.densities()) {
             let near = fluid.positions().iter().map(|q| p.distance_squared(*q));
-            let sum = volume * near.map(|r2| fluid.muller.poly6(r2)).sum::<f32>();
+            let sum = volume * near.map(|r2| fluid.muller.poly6(Vec4::splat(r2)).x).sum::<f32>();
             assert!((density - sum).abs() < 1e-5 * sum, "{density} {sum}");
         }
     }
