@@ -10,7 +10,7 @@
 
 use super::boundary::{Boundary, Outline};
 use super::fluid::Fluid;
-use super::mirrors::Inner;
+use super::mirrors::{Inner, mirror};
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
 use glam::{Vec2, Vec3, Vec4};
@@ -165,6 +165,7 @@ impl Extractor {
         }
         for b in 0..bins {
             let run = &mut self.sorted[self.start[b] as usize..self.start[b + 1] as usize];
+            // Of equal heights any order will do: it is the same for any number of threads.
             run.sort_unstable_by(|p, q| q.y.total_cmp(&p.y));
         }
     }
@@ -261,8 +262,9 @@ impl Extractor {
             Root::Exact => (60, 1e-6 * self.spacing),
         };
         let (mut low, mut f_low) = (y, value - self.level);
-        let high_value = candidates.narrowed(y + step, self.radius);
-        let (mut high, mut f_high) = (y + step, high_value - self.level);
+        // A step that ends at the ground may begin above a surface thinner than itself, which then is what is found.
+        let above = candidates.narrowed(y + step, self.radius) - self.level;
+        let (mut high, mut f_high) = (y + step, above.min(-f32::MIN_POSITIVE));
         let mut at = low;
         for _ in 0..most {
             let next = low + (high - low) * (f_low / (f_low - f_high));
@@ -554,50 +556,6 @@ impl Candidates {
             }
         }
         sums.iter().sum()
-    }
-}
-
-/// Calls `image` with the mirror images of `p` in ground and walls nearer than `h`, and in both.
-fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
-    let mut images = [p; 16];
-    let mut count = 1;
-    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
-        for k in 0..count {
-            if count + k < images.len() {
-                images[count + k] = reflect(images[k]);
-            }
-        }
-        count = (2 * count).min(images.len());
-    };
-    if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
-        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
-    }
-    if boundary.outline == Outline::Round {
-        let centre = 0.5 * (boundary.low + boundary.high);
-        let radius = 0.5 * (boundary.high - boundary.low).min_element();
-        let away = Vec2::new(p.x, p.z) - centre;
-        if radius - away.length() < h && away.length() > 0.0 {
-            let scale = (2.0 * radius - away.length()) / away.length();
-            add(&|q| {
-                let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
-                Vec3::new(at.x, q.y, at.y)
-            });
-        }
-    } else {
-        let [x0, x1, z0, z1] = boundary.walls;
-        for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
-            if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
-            }
-        }
-        for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
-            if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
-            }
-        }
-    }
-    for &p in &images[1..count] {
-        image(p);
     }
 }
 

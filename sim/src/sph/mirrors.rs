@@ -6,7 +6,7 @@
 
 use super::boundary::{Boundary, Ground, Outline};
 use super::cells::Cells;
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Reflections to either side at most, which fill the support of a kernel down to a fifth of a spacing between walls.
 const MOST: i32 = 6;
@@ -179,10 +179,53 @@ impl Inner {
     }
 }
 
+/// Calls `image` with the mirror images of `p` in ground and walls nearer than `h`, and in both.
+pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
+    let mut images = [p; 16];
+    let mut count = 1;
+    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
+        for k in 0..count {
+            if count + k < images.len() {
+                images[count + k] = reflect(images[k]);
+            }
+        }
+        count = (2 * count).min(images.len());
+    };
+    if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
+        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
+    }
+    if boundary.outline == Outline::Round {
+        let centre = 0.5 * (boundary.low + boundary.high);
+        let radius = 0.5 * (boundary.high - boundary.low).min_element();
+        let away = Vec2::new(p.x, p.z) - centre;
+        if radius - away.length() < h && away.length() > 0.0 {
+            let scale = (2.0 * radius - away.length()) / away.length();
+            add(&|q| {
+                let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
+                Vec3::new(at.x, q.y, at.y)
+            });
+        }
+    } else {
+        let [x0, x1, z0, z1] = boundary.walls;
+        for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
+            }
+        }
+        for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
+            }
+        }
+    }
+    for &p in &images[1..count] {
+        image(p);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
 
     #[test]
     fn a_corner_has_seven_images_and_a_thin_tank_is_filled() {
