@@ -181,7 +181,11 @@ impl Action {
 impl EventError {
     /// Of a method whose gravity points down.
     #[cfg_attr(
-        not(any(feature = "wave-equation", feature = "shallow-water", feature = "wave-particles")),
+        not(any(
+            feature = "wave-equation",
+            feature = "shallow-water",
+            feature = "wave-particles"
+        )),
         allow(dead_code, reason = "these take every other action")
     )]
     pub(crate) fn upright(solver: &'static str) -> Self {

@@ -4,10 +4,10 @@
 
 use meniscus_sim::events::Action;
 use meniscus_sim::glam::{DMat3, DVec3, Vec3};
-use meniscus_sim::scene::description::Description;
-use meniscus_sim::sph::{Boundary, Float, Fluid, Model, Obstacle, Settings, Solid, Sph, cases};
 use meniscus_sim::recording::{Reader, Writer};
+use meniscus_sim::scene::description::Description;
 use meniscus_sim::source::LiveSource;
+use meniscus_sim::sph::{Boundary, Float, Fluid, Model, Obstacle, Settings, Solid, Sph, cases};
 use meniscus_sim::{BodyPose, Channels, Frame, FrameSource as _, Scene, Solver, solvers};
 use std::path::Path;
 
@@ -17,7 +17,9 @@ fn scene(text: &str) -> Scene {
         meniscus_sim::scene::description::Shape::Sphere { radius } => {
             meniscus_sim::mesh::TriangleMesh::sphere(radius)
         }
-        meniscus_sim::scene::description::Shape::Box { size } => meniscus_sim::mesh::TriangleMesh::cuboid(size),
+        meniscus_sim::scene::description::Shape::Box { size } => {
+            meniscus_sim::mesh::TriangleMesh::cuboid(size)
+        }
         _ => panic!("no such shape here"),
     });
     let meshes = meshes.collect();
@@ -52,10 +54,7 @@ fn draft(solver: &dyn Solver, particle: f32, size: [f32; 2], density: f32) -> (f
     let displaced = f64::from(size[0] * size[1] * 0.98 * particle) * f64::from(density) / 1000.0;
     let level = (solver.report().mass / 1000.0 + displaced) / area - 0.2;
     let bottom = f64::from(pose(solver).position.y - 0.5 * size[1]);
-    (
-        level - bottom,
-        displaced / f64::from(size[0] * particle),
-    )
+    (level - bottom, displaced / f64::from(size[0] * particle))
 }
 
 #[test]
@@ -73,7 +72,10 @@ fn a_pontoon_floats_at_its_draft() {
         }
         // A sixth of a spacing of the finer tank.
         let error = found / theory - 1.0;
-        assert!(error.abs() < 0.04, "{density} kg/m³: draft {found} m, theory {theory} m");
+        assert!(
+            error.abs() < 0.04,
+            "{density} kg/m³: draft {found} m, theory {theory} m"
+        );
     }
 }
 
@@ -90,7 +92,11 @@ fn a_light_raft_and_a_heavy_stone_gain_no_energy_and_end_where_they_must() {
         }
         // Of the water's weight times the half of its depth: what a lattice that settles may have.
         let tolerance = 2e-4 * start.mass * 9.81 * 0.1;
-        assert!(most <= start.energy + tolerance, "{density}: {} J grew to {most} J", start.energy);
+        assert!(
+            most <= start.energy + tolerance,
+            "{density}: {} J grew to {most} J",
+            start.energy
+        );
         let end = pose(&solver).position.y;
         if density > 1000.0 {
             assert!((end + 0.17).abs() < 0.005, "on the floor: {end}");
@@ -118,7 +124,9 @@ fn water_and_body_keep_their_momentum_together() {
             velocity: Vec3::X,
             ..BodyPose::default()
         };
-        boundary.obstacles.push(Obstacle::new(Solid::Box(Vec3::splat(0.25)), pose));
+        boundary
+            .obstacles
+            .push(Obstacle::new(Solid::Box(Vec3::splat(0.25)), pose));
         let mut fluid = Fluid::new(settings, boundary);
         cases::fill(&mut fluid, Vec3::ZERO, Vec3::new(0.8, 0.6, 0.6));
         let mass = 0.3 * 1000.0 * 0.125;
@@ -146,7 +154,10 @@ fn water_and_body_keep_their_momentum_together() {
         let water: DVec3 = fluid.velocities().iter().map(|v| v.truncate().as_dvec3()).sum();
         let all = fluid.particle_mass() * water + mass * body.velocity;
         // Pressure acts on both alike; single precision of the water's velocities is left.
-        assert!((all - start * DVec3::X).length() < 1e-6 * start, "{model:?}: {all} of {start}");
+        assert!(
+            (all - start * DVec3::X).length() < 1e-6 * start,
+            "{model:?}: {all} of {start}"
+        );
         assert!(body.velocity.x < 0.7, "{}", body.velocity);
     }
 }
@@ -168,7 +179,11 @@ fn hands_drag_bodies_and_vessels_tilt() {
     let held = pose(&*solver).position;
     assert!((held.x - 0.6).abs() < 0.02, "{held}");
     solver.apply(&Action::Release { body: "box".into() }).unwrap();
-    solver.apply(&Action::Tilt { gravity: Vec3::new(1.0, -9.76, 0.0) }).unwrap();
+    solver
+        .apply(&Action::Tilt {
+            gravity: Vec3::new(1.0, -9.76, 0.0),
+        })
+        .unwrap();
     solver.advance(2.0).unwrap();
     let mut frame = Frame::new(solver.spec());
     solver.extract(Channels::NONE, &mut frame);

@@ -177,9 +177,7 @@ impl Body {
         };
         let mut inert = Symmetric::body(self.mass.mass, self.inertia());
         inert.add_at(hand.arm, hand.inert);
-        inert
-            .solve(Six::at(hand.arm, hand.force) * h)
-            .unwrap_or_default()
+        inert.solve(Six::at(hand.arm, hand.force) * h).unwrap_or_default()
     }
 
     /// The error of a body whose motion is no longer finite.

@@ -1,10 +1,10 @@
 //! Bodies whose water is computed elsewhere, as particles: only hands, contacts and the way travelled are found here.
 
+use super::Bodies;
 use super::body::Motion;
 use super::error::MotionError;
 use super::state::State;
 use super::world::Kind;
-use super::Bodies;
 use crate::frame::BodyPose;
 use glam::{DMat3, DVec3};
 

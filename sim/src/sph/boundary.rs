@@ -261,22 +261,23 @@ impl WallTable {
     pub(crate) fn touch(&self, boundary: &Boundary, p: Vec3, sticks: bool, mirrors: bool) -> Touch {
         let mut meeting = Meeting::new();
         let (mut drag, mut dragged) = (0.0, Vec3::ZERO);
-        let mut add = |distance: f32, normal: Vec3, velocity: Vec3, floats: bool, mirrored: bool, opposite: bool| {
-            let (share, slope) = self.at(distance);
-            if !mirrored {
-                if !opposite {
-                    meeting.close();
+        let mut add =
+            |distance: f32, normal: Vec3, velocity: Vec3, floats: bool, mirrored: bool, opposite: bool| {
+                let (share, slope) = self.at(distance);
+                if !mirrored {
+                    if !opposite {
+                        meeting.close();
+                    }
+                    // How a body moves that the water moves is found with the pressure.
+                    let known = if floats { Vec3::ZERO } else { velocity };
+                    meeting.open.add(distance, share, slope, normal, known);
                 }
-                // How a body moves that the water moves is found with the pressure.
-                let known = if floats { Vec3::ZERO } else { velocity };
-                meeting.open.add(distance, share, slope, normal, known);
-            }
-            if sticks {
-                let friction = self.friction(distance, slope);
-                drag += friction;
-                dragged += friction * velocity;
-            }
-        };
+                if sticks {
+                    let friction = self.friction(distance, slope);
+                    drag += friction;
+                    dragged += friction * velocity;
+                }
+            };
         let flat = |normal: Vec3| match boundary.ground {
             // Upright normals are those of the ground; a slope that is level somewhere is no plane of symmetry.
             Ground::Heights(_) if normal.y != 0.0 => false,

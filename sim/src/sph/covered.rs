@@ -23,7 +23,11 @@ pub(super) fn close(obstacles: &[Obstacle], spacing: f32, ground: &Grid<f32>, el
     for obstacle in obstacles {
         let reach = obstacle.radius() + FILM * spacing;
         let centre = Vec2::new(obstacle.pose.position.x, obstacle.pose.position.z);
-        let first = spec.to_grid(centre - reach).floor().max(Vec2::ZERO).as_usizevec2();
+        let first = spec
+            .to_grid(centre - reach)
+            .floor()
+            .max(Vec2::ZERO)
+            .as_usizevec2();
         let last = spec.to_grid(centre + reach).ceil().max(Vec2::ZERO).as_usizevec2();
         for j in first.y..(last.y + 1).min(height) {
             for i in first.x..(last.x + 1).min(width) {

@@ -125,7 +125,9 @@ impl Floating {
     /// Takes the correction of every particle that touches a body.
     pub(crate) fn correct(&mut self, local: &[Local]) {
         for contact in &mut self.contacts {
-            contact.corrected = local[contact.particle].correct(contact.gradient.extend(0.0));
+            contact.corrected = local[contact.particle]
+                .correct(contact.gradient.extend(0.0))
+                .truncate();
         }
     }
 
@@ -154,7 +156,13 @@ impl Floating {
             count,
             &mut out.rates,
             |contact, arm| self.floats[contact.float].at(arm),
-            |contact| if corrected { contact.corrected } else { contact.gradient },
+            |contact| {
+                if corrected {
+                    contact.corrected
+                } else {
+                    contact.gradient
+                }
+            },
         );
     }
 

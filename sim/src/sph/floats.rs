@@ -33,8 +33,7 @@ mod coupled {
                 level: f64::from(scene.description.water.level),
                 bed: f64::NEG_INFINITY,
             };
-            let bodies =
-                Bodies::from_scene(scene, &water).map_err(|e| BuildError::Bodies(e.to_string()))?;
+            let bodies = Bodies::from_scene(scene, &water).map_err(|e| BuildError::Bodies(e.to_string()))?;
             Ok(Self(bodies.map(|mut bodies| {
                 if outline == Outline::Round {
                     let (low, extent) = (scene.grid.origin.as_dvec2(), scene.grid.extent().as_dvec2());

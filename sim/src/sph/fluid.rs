@@ -5,7 +5,7 @@ use super::cells::Cells;
 use super::correction::Local;
 use super::floating::{Float, Floating};
 use super::kernel::{CubicSpline, Muller};
-use super::mirrors::Mirrors;
+use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
 use super::noise::{self, Gradient};
 use super::pressure::Buffers;
@@ -48,6 +48,7 @@ pub(crate) struct Work {
     /// Changes of velocity, then displacements.
     pub(crate) change: Vec<Vec4>,
     pub(crate) buffers: Buffers,
+    pub(crate) fields: mcg03::Fields,
     pub(crate) residual: Vec<Vec4>,
     pub(crate) direction: Vec<Vec4>,
     pub(crate) product: Vec<Vec4>,
@@ -170,15 +171,26 @@ impl Fluid {
     /// weights of the kernel. What single particles have besides averages out within one spacing and moves nothing.
     pub fn pressure(&self, k: usize) -> f64 {
         let (place, pressure) = (&self.work.place, &self.particles.pressure);
-        let (Some(near), Some(&p)) = (self.neighbours.of(k), place.get(k)) else {
+        let images = self.mirrors.len();
+        // As many as there were when they were sorted last.
+        let Some(n) = place
+            .len()
+            .checked_sub(images)
+            .filter(|n| k < *n && *n <= pressure.len())
+        else {
             return 0.0;
         };
-        let own = self.kernel.at(0.0);
-        let (mut sum, mut weight) = (own * pressure[k], own);
-        for &j in near {
-            let w = self.kernel.at((p - place[j as usize]).truncate().length());
-            sum += w * pressure[self.mirrors.behind(j as usize, self.len()).0];
+        let p = place[k].truncate();
+        let (mut sum, mut weight) = (0.0, 0.0);
+        let mut add = |j: usize| {
+            let w = self.kernel.at((p - place[j].truncate()).length());
+            sum += w * pressure[self.mirrors.behind(j, n).0];
             weight += w;
+        };
+        self.cells.runs_around(p).iter().flatten().for_each(&mut add);
+        if images > 0 {
+            let beyond = self.mirrors.cells.runs_around(p);
+            beyond.iter().flatten().for_each(|j| add(n + j));
         }
         f64::from(sum / weight)
     }
@@ -281,6 +293,7 @@ impl Fluid {
         if self.fresh {
             return;
         }
+        let free = free(&self.boundary, self.settings.support());
         let (p, work) = (&mut self.particles, &mut self.work);
         self.cells.sort(&p.position, self.settings.support());
         self.cells.reorder(&mut p.position, &mut work.spare4);
@@ -303,7 +316,14 @@ impl Fluid {
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&p.position)
-            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks, mirrors));
+            .for_each(|(touch, p)| {
+                let p = p.truncate();
+                *touch = if free.as_ref().is_some_and(|free| free.holds(p)) {
+                    Touch::default()
+                } else {
+                    table.touch(boundary, p, sticks, mirrors)
+                };
+            });
         work.density.resize(n, 0.0);
         work.local.resize(n, Local::default());
         work.inverse.resize(n, [0.0; 2]);
@@ -322,16 +342,9 @@ impl Fluid {
         self.fresh = true;
     }
 
-    /// Lists the neighbours of all particles, with `pair` of each.
-    pub(crate) fn find_neighbours(&mut self, pair: impl Fn(Vec3, f32) -> Vec4 + Sync) {
-        let (n, support) = (self.particles.position.len(), self.settings.support());
-        let images = &self.mirrors.cells;
-        self.neighbours
-            .find(&self.cells, images, n, &self.work.place, support, pair);
-    }
-
     /// Takes one sub-step of `dt` seconds, which the caller has kept below [`Self::stable_step`].
     pub fn step(&mut self, dt: f32) -> Stepped {
+        self.floating.fall(self.settings.gravity, dt);
         if self.is_empty() {
             return Stepped::default();
         }
@@ -342,7 +355,6 @@ impl Fluid {
         flow.extend_from_slice(&self.particles.velocity);
         self.mirrors.extend_vectors(&mut flow, n);
         self.work.flow = flow;
-        self.floating.fall(self.settings.gravity, dt);
         let mass = self.particle_mass();
         let stepped = match self.settings.model {
             Model::Dfsph => {
@@ -383,9 +395,10 @@ impl Fluid {
             let v = work.flow[i].truncate();
             ((positions[i] + work.change[i]).truncate() + dt * v, v)
         };
-        let mass = f64::from(self.settings.density) * f64::from(self.settings.spacing).powi(3);
+        let mass = self.particle_mass();
         self.floating.bounce(&self.boundary, mass, step);
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
+        let free = free(&self.boundary, spacing);
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
@@ -396,7 +409,9 @@ impl Fluid {
             .for_each(|(((position, velocity), flow), change)| {
                 let mut v = flow.truncate();
                 let mut x = (*position + *change).truncate() + dt * v;
-                boundary.confine(spacing, &mut x, &mut v);
+                if !free.as_ref().is_some_and(|free| free.holds(x)) {
+                    boundary.confine(spacing, &mut x, &mut v);
+                }
                 *velocity = v.extend(0.0);
                 *position = x.extend(0.0);
             });
@@ -425,8 +440,14 @@ impl Fluid {
             + size_of::<Gradient>() * w.gradient.capacity()
             + 8 * w.inverse.capacity()
             + w.buffers.bytes()
+            + w.fields.bytes()
             + self.mirrors.bytes()
             + self.floating.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }
+}
+
+/// Where no boundary is within `reach`, as far as that is quickly known.
+fn free(boundary: &Boundary, reach: f32) -> Option<Inner> {
+    boundary.obstacles.is_empty().then(|| Inner::new(boundary, reach))
 }

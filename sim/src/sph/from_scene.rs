@@ -23,6 +23,9 @@ const MOST_STEPS: u64 = 100_000;
 const MOST_PARTICLES: f64 = 2e7;
 /// Distances of a fall that `mcg03` may compress: the speed of sound is ten times that of a fall from the surface.
 const MACH: f32 = 100.0;
+/// Least viscosity of `mcg03`, over kernel support and speed of sound: its forces are not the gradient of an energy, and with
+/// less they heat the water (measured: docs/numerics-sph.md).
+const LEAST_VISCOSITY: f32 = 0.007;
 
 impl Sph {
     /// The solver of a scene with `solver.kind = "sph"`: the tank is the domain, its bottom the terrain.
@@ -139,7 +142,9 @@ fn turns(parameters: &description::Sph) -> Vec<Tilt> {
         time: 0.0,
         gravity: parameters.gravity,
     };
-    std::iter::once(start).chain(parameters.tilts.iter().copied()).collect()
+    std::iter::once(start)
+        .chain(parameters.tilts.iter().copied())
+        .collect()
 }
 
 /// Elevation of the water at time 0.
@@ -191,15 +196,20 @@ fn settings(
         }
     }
     let base = Settings::water(spacing);
+    let stiffness = parameters
+        .stiffness
+        .unwrap_or(MACH * parameters.gravity.length() * depth);
+    let least = match model {
+        Model::Dfsph => 0.0,
+        Model::Mcg03 => LEAST_VISCOSITY * base.support() * stiffness.sqrt(),
+    };
     Settings {
         model,
         gravity: parameters.gravity,
-        viscosity: parameters.viscosity,
+        viscosity: parameters.viscosity.max(least),
         surface_tension: parameters.surface_tension,
         sticks: parameters.walls == SphWalls::Stick,
-        stiffness: parameters
-            .stiffness
-            .unwrap_or(MACH * parameters.gravity.length() * depth),
+        stiffness,
         courant: parameters.courant.unwrap_or(base.courant),
         step: parameters.step.unwrap_or(f32::INFINITY),
         ..base

@@ -1,11 +1,11 @@
 //! The solver of a scene: sub-steps, obstacles on their paths, pouring, frames.
 
-use super::{actions, covered};
 use super::boundary::Outline;
 use super::extract::Extractor;
 use super::floats::Floats;
 use super::fluid::Fluid;
 use super::jets::{self, Jet};
+use super::{actions, covered};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
@@ -246,8 +246,10 @@ impl Solver for Sph {
         if want.contains(Channels::PARTICLES) {
             let mut list = particles.unwrap_or_default();
             list.clear();
-            list.position.extend(self.fluid.positions().iter().map(|p| p.truncate()));
-            list.velocity.extend(self.fluid.velocities().iter().map(|v| v.truncate()));
+            list.position
+                .extend(self.fluid.positions().iter().map(|p| p.truncate()));
+            list.velocity
+                .extend(self.fluid.velocities().iter().map(|v| v.truncate()));
             list.radius.resize(self.fluid.len(), extractor.droplet());
             out.particles = Some(list);
         }

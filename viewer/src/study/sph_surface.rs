@@ -58,14 +58,26 @@ impl Water {
             .map(|p| p.truncate().as_dvec3())
             .collect();
         let mut reflect = |distance: &dyn Fn(DVec3) -> f64, image: &dyn Fn(DVec3) -> DVec3| {
-            let images: Vec<DVec3> = list.iter().filter(|p| distance(**p) < reach).map(|p| image(*p)).collect();
+            let images: Vec<DVec3> = list
+                .iter()
+                .filter(|p| distance(**p) < reach)
+                .map(|p| image(*p))
+                .collect();
             list.extend(images);
         };
         reflect(&|p| p.y, &|p| DVec3::new(p.x, -p.y, p.z));
-        reflect(&|p| (p.x - low.x).abs(), &|p| DVec3::new(2.0 * low.x - p.x, p.y, p.z));
-        reflect(&|p| (p.x - high.x).abs(), &|p| DVec3::new(2.0 * high.x - p.x, p.y, p.z));
-        reflect(&|p| (p.z - low.y).abs(), &|p| DVec3::new(p.x, p.y, 2.0 * low.y - p.z));
-        reflect(&|p| (p.z - high.y).abs(), &|p| DVec3::new(p.x, p.y, 2.0 * high.y - p.z));
+        reflect(&|p| (p.x - low.x).abs(), &|p| {
+            DVec3::new(2.0 * low.x - p.x, p.y, p.z)
+        });
+        reflect(&|p| (p.x - high.x).abs(), &|p| {
+            DVec3::new(2.0 * high.x - p.x, p.y, p.z)
+        });
+        reflect(&|p| (p.z - low.y).abs(), &|p| {
+            DVec3::new(p.x, p.y, 2.0 * low.y - p.z)
+        });
+        reflect(&|p| (p.z - high.y).abs(), &|p| {
+            DVec3::new(p.x, p.y, 2.0 * high.y - p.z)
+        });
         list
     }
 
@@ -165,7 +177,8 @@ pub(super) fn surface() -> Case {
                 let d = f64::from(water.fluid.settings().spacing);
                 let depth = frame.depth.as_ref().map_or(&[][..], Grid::as_slice);
                 let (mut square, mut largest, mut both, mut mistaken) = (0.0, 0.0_f64, 0.0, 0.0);
-                for ((depth, height), truth) in depth.iter().zip(frame.elevation.as_slice()).zip(&water.truth) {
+                for ((depth, height), truth) in depth.iter().zip(frame.elevation.as_slice()).zip(&water.truth)
+                {
                     match truth {
                         Some(truth) if *depth > 0.0 => {
                             let error = (f64::from(*height) - truth) / d;

@@ -120,7 +120,10 @@ pub(super) fn maps(rows: &[Row]) -> impl Iterator<Item = Map> {
             let row = |r: &&Row| r.method == model && r.case == situation.name;
             rows.iter().filter(row).collect()
         };
-        let lines = SITUATIONS.iter().map(|s| (s.name, mine(s))).filter(|l| !l.1.is_empty());
+        let lines = SITUATIONS
+            .iter()
+            .map(|s| (s.name, mine(s)))
+            .filter(|l| !l.1.is_empty());
         Map {
             name: model.to_owned(),
             title: format!("What becomes of a step: particles, {model}"),
@@ -149,7 +152,10 @@ impl Situation {
             None => (String::new(), text),
         };
         let description = Description::from_toml(&format!("{text}\n{objects}"), Path::new("tank.toml"), &[])?;
-        let balls = description.objects.iter().map(|_| meniscus_sim::mesh::TriangleMesh::sphere(0.03));
+        let balls = description
+            .objects
+            .iter()
+            .map(|_| meniscus_sim::mesh::TriangleMesh::sphere(0.03));
         let meshes = balls.collect();
         Ok(Scene::from_parts(description, None, meshes, None, None)?)
     }
@@ -204,7 +210,11 @@ impl Situation {
             return Some(format!("there are {mass} kg of {}", start.mass));
         }
         let up = DVec3::Y * 9.81;
-        let all = particles.position.iter().zip(&particles.velocity).zip(&particles.radius);
+        let all = particles
+            .position
+            .iter()
+            .zip(&particles.velocity)
+            .zip(&particles.radius);
         let (mut energy, mut highest) = (0.0, 0.0_f64);
         for ((p, v), r) in all {
             let (p, v) = (p.as_dvec3(), v.as_dvec3());
