@@ -65,7 +65,7 @@ impl Study for SphStudy {
             .collect();
         Ok(vec![
             dam(&sweep)?,
-            sph_pressure::probes(&sweep)?,
+            sph_pressure::probes(if quick { &[10.0, 20.0, 30.0] } else { &sweep })?,
             sloshing(&sweep),
             still(&sweep),
             sph_surface::surface(),

@@ -165,8 +165,8 @@ fn splash() -> anyhow::Result<Water> {
 pub(super) fn surface() -> Case {
     type Made = LazyLock<anyhow::Result<Water>>;
     let mut runs = Vec::new();
-    let waters: [(_, _, fn() -> anyhow::Result<Water>); 2] = [("wave", 1.0, wave), ("splash", 2.0, splash)];
-    for (what, number, make) in waters {
+    let makers: [fn() -> anyhow::Result<Water>; 2] = [wave, splash];
+    for (make, (what, number)) in makers.into_iter().zip([("wave", 1.0), ("splash", 2.0)]) {
         // Made when it is first asked for, not to list the study.
         let water: Arc<Made> = Arc::new(LazyLock::new(make));
         for (name, root) in [("fast", Root::Fast), ("exact", Root::Exact)] {
