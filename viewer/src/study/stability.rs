@@ -10,8 +10,7 @@ use meniscus_sim::rng::Rng;
 use meniscus_sim::scene::description::{
     Procedural, ShallowWater, ShallowWaterScheme, Solver as Choice, Wave, WaveEquation, WaveScheme,
 };
-use meniscus_sim::solver::StepError;
-use meniscus_sim::{Channels, Frame, Grid, GridSpec, Scene, Solver, solvers};
+use meniscus_sim::{Channels, Frame, Grid, GridSpec, Scene, Solver, solver::StepError, solvers};
 use std::sync::Arc;
 
 /// The study.
