@@ -77,6 +77,36 @@ pub fn build(name: &str) -> Result<Box<dyn Renderer>, UnknownRenderer> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_sim::knobs::Turned;
+
+    #[test]
+    fn every_knob_reads_as_it_was_turned_and_goes_back_to_its_default() {
+        let mut count = 0;
+        for info in available() {
+            let mut renderer = build(info.name).unwrap();
+            let start = renderer.knobs();
+            for knob in &start {
+                let other = knob.value.other();
+                renderer.turn(&Turned::from([(knob.name, other)]));
+                for (before, after) in start.iter().zip(renderer.knobs()) {
+                    let expected = if before.name == knob.name {
+                        other
+                    } else {
+                        before.value
+                    };
+                    assert_eq!(
+                        after.value, expected,
+                        "{} {} {}",
+                        info.name, knob.name, after.name
+                    );
+                }
+                count += 1;
+            }
+            renderer.turn(&Turned::new());
+            assert_eq!(renderer.knobs(), start, "{}", info.name);
+        }
+        assert!(count >= 10, "{count} knobs");
+    }
 
     #[test]
     fn every_listed_renderer_can_be_built_and_others_are_refused() {

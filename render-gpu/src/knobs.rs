@@ -1,66 +1,10 @@
 //! What of a technique can be changed while it is looked at, as the technique itself lists it.
 
 use crate::settings::{Heights, PhotonMap, Settings, Technique, Walk};
-
-/// What a knob can be turned to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
-    /// On or off.
-    Switch(bool),
-    /// A whole number.
-    Whole {
-        /// What it is.
-        now: u32,
-        /// The least and the most it can be.
-        range: (u32, u32),
-    },
-    /// A number.
-    Number {
-        /// What it is.
-        now: f32,
-        /// The least and the most it can be, both positive: it is turned by factors.
-        range: (f32, f32),
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// One of several.
-    Choice {
-        /// Which.
-        now: usize,
-        /// Their names.
-        names: &'static [&'static str],
-    },
-}
-
-/// Something that can be changed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knob {
-    /// Its name, unique among those of a technique.
-    pub name: &'static str,
-    /// What it does.
-    pub about: &'static str,
-    /// What it is.
-    pub value: Value,
-    /// Whether shaders are made again for a value that was not seen before: the next picture then takes longer.
-    pub remakes: bool,
-}
-
-/// What a knob reads of settings.
-type Reads = fn(&Settings) -> Value;
-/// What a knob writes.
-type Writes = fn(&mut Settings, Value);
-/// Whether settings have that knob.
-type Applies = fn(&Settings) -> bool;
-
-/// A knob with how it is read and turned.
-struct Row {
-    name: &'static str,
-    about: &'static str,
-    remakes: bool,
-    applies: Applies,
-    read: Reads,
-    write: Writes,
-}
+use meniscus_sim::knobs::{
+    self, ABOUT_VISUAL_RANGE, Knob, Row, Turned, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
+};
+use meniscus_sim::switch_knob;
 
 fn traced(settings: &Settings) -> bool {
     settings.technique == Technique::Heightfield
@@ -73,28 +17,8 @@ const fn whole(now: u32, range: (u32, u32)) -> Value {
 const WALKS: &[&str] = &["pyramid, exact", "one radius a field", "a radius a texel"];
 const HEIGHTS: &[&str] = &["single precision", "16 bits"];
 
-/// Visual range that counts as perfectly clear air, kilometres.
-const CLEAR: f32 = 1000.0;
-
-macro_rules! switch {
-    ($name:literal, $about:literal, $applies:expr, $remakes:literal, $($field:tt)+) => {
-        Row {
-            name: $name,
-            about: $about,
-            remakes: $remakes,
-            applies: $applies,
-            read: |s| Value::Switch(s.$($field)+),
-            write: |s, v| {
-                if let Value::Switch(on) = v {
-                    s.$($field)+ = on;
-                }
-            },
-        }
-    };
-}
-
-const ROWS: &[Row] = &[
-    switch!(
+const ROWS: &[Row<Settings>] = &[
+    switch_knob!(
         "sunlight through waves",
         "Waves focus sunlight on the ground",
         |_| true,
@@ -117,14 +41,14 @@ const ROWS: &[Row] = &[
             }
         },
     },
-    switch!(
+    switch_knob!(
         "shadows",
         "What stands in the way of the sun stops its light",
         |_| true,
         true,
         switches.shadows
     ),
-    switch!(
+    switch_knob!(
         "absorption",
         "Light is lost and scattered on its way through the water",
         |_| true,
@@ -132,22 +56,14 @@ const ROWS: &[Row] = &[
         switches.absorption
     ),
     Row {
-        name: "visual range",
-        about: "Distance at which haze leaves 2 % of contrast; the most is perfectly clear air",
+        name: VISUAL_RANGE,
+        about: ABOUT_VISUAL_RANGE,
         remakes: false,
         applies: |_| true,
-        read: |s| Value::Number {
-            now: s.visual_range.map_or(CLEAR, |metres| metres / 1e3).min(CLEAR),
-            range: (0.1, CLEAR),
-            unit: "km",
-        },
-        write: |s, v| {
-            if let Value::Number { now, .. } = v {
-                s.visual_range = (now < CLEAR).then_some(1e3 * now.max(0.1));
-            }
-        },
+        read: |s| read_visual_range(s.visual_range),
+        write: |s, v| write_visual_range(&mut s.visual_range, v),
     },
-    switch!(
+    switch_knob!(
         "mirrored objects",
         "What stands above the water is seen in it, besides the sky",
         traced,
@@ -212,21 +128,21 @@ const ROWS: &[Row] = &[
             }
         },
     },
-    switch!(
+    switch_knob!(
         "traced mirror image",
         "Mirrored rays are traced; without, the water mirrors the sky alone",
         |s| !traced(s),
         true,
         switches.traced_reflection
     ),
-    switch!(
+    switch_knob!(
         "smooth edges",
         "Pixels that differ from a neighbour get four more rays",
         traced,
         true,
         switches.multisampled
     ),
-    switch!(
+    switch_knob!(
         "four samples a pixel",
         "Edges of triangles are smoothed (MSAA); radiance is then kept in half precision",
         |s| !traced(s),
@@ -278,21 +194,17 @@ const ROWS: &[Row] = &[
 impl Settings {
     /// What can be changed, as it is now.
     pub fn knobs(&self) -> Vec<Knob> {
-        let rows = ROWS.iter().filter(|row| (row.applies)(self));
-        rows.map(|row| Knob {
-            name: row.name,
-            about: row.about,
-            value: (row.read)(self),
-            remakes: row.remakes,
-        })
-        .collect()
+        knobs::list(ROWS, self)
     }
 
     /// Turns the knob of that name, within its range; nothing if there is none, or none of that kind.
     pub fn turn(&mut self, name: &str, value: Value) {
-        if let Some(row) = ROWS.iter().find(|row| row.name == name) {
-            (row.write)(self, value);
-        }
+        knobs::turn(ROWS, self, name, value);
+    }
+
+    /// Turns every knob to what it is by default, and then these.
+    pub fn restore(&mut self, turned: &Turned) {
+        knobs::restore(ROWS, self, &Self::new(self.technique), turned);
     }
 }
 
@@ -300,37 +212,17 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// Another value of the same kind.
-    fn other(value: Value) -> Value {
-        match value {
-            Value::Switch(on) => Value::Switch(!on),
-            Value::Whole { now, range } => Value::Whole {
-                now: if now == range.0 { range.1 } else { range.0 },
-                range,
-            },
-            Value::Number { now, range, unit } => Value::Number {
-                now: if now == range.0 { range.1 } else { range.0 },
-                range,
-                unit,
-            },
-            Value::Choice { now, names } => Value::Choice {
-                now: (now + 1) % names.len(),
-                names,
-            },
-        }
-    }
-
     #[test]
     fn what_is_turned_reads_so_and_changes_nothing_else() {
         for technique in Technique::ALL {
             let start = Settings::new(technique);
             for knob in start.knobs() {
                 let mut turned = start;
-                turned.turn(knob.name, other(knob.value));
+                turned.turn(knob.name, knob.value.other());
                 assert_ne!(turned, start, "{technique:?} {}", knob.name);
                 for after in turned.knobs() {
                     let expected = if after.name == knob.name {
-                        other(knob.value)
+                        knob.value.other()
                     } else {
                         match start.knobs().iter().find(|k| k.name == after.name) {
                             Some(before) => before.value,

@@ -71,8 +71,6 @@ pub mod work;
 #[cfg(feature = "wgpu")]
 pub use foreign::Foreign;
 #[cfg(feature = "wgpu")]
-pub use knobs::{Knob, Value};
-#[cfg(feature = "wgpu")]
 pub use renderer::{GpuRenderer, MetPixel, pass_names};
 #[cfg(feature = "wgpu")]
 pub use settings::{Heights, PhotonMap, Settings, Technique, Walk};

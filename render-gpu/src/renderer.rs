@@ -9,6 +9,7 @@ use crate::settings::{Settings, Technique};
 use crate::techniques::{Passes, names};
 use crate::uniform::NEAR;
 use meniscus_sim::glam::{UVec2, Vec3, Vec4};
+use meniscus_sim::knobs::{Knob, Turned};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use meniscus_sim::stage::Lens;
 use meniscus_sim::{Channels, Frame, Scene, stage};
@@ -286,6 +287,14 @@ impl Renderer for GpuRenderer {
 
     fn needs(&self, scene: &Scene) -> Channels {
         stage::needs(scene)
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        self.settings.knobs()
+    }
+
+    fn turn(&mut self, turned: &Turned) {
+        self.settings.restore(turned);
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {

@@ -1,5 +1,6 @@
 //! What particles cost: CPU seconds a simulated second of a dam break, steps a second of the paper's model, and
-//! milliseconds a surface. One thread. `cargo run --release --features sph --example sph_cost [SPACING] [SECONDS]`
+//! milliseconds a surface. One thread. `cargo run --release --features sph --example sph_cost [SPACING] [SECONDS]`, or
+//! `... sph_cost flat`: what a particle costs from 3 thousand of them to a million.
 #![allow(clippy::print_stdout)] // its purpose
 
 use meniscus_sim::glam::{UVec2, Vec2, Vec3};
@@ -57,13 +58,16 @@ fn measure(spacing: f32, seconds: f64) -> Result<(), Box<dyn Error + Send + Sync
         UVec2::new((4.0 / spacing) as u32 + 1, (1.04 / spacing) as u32 + 1),
     )?;
     let ground = Grid::filled(spec, 0.0);
-    let mut frame = Frame::new(spec);
-    for (name, root) in [("fast", Root::Fast), ("exact", Root::Exact)] {
+    let mut frames = [Frame::new(spec), Frame::new(spec)];
+    for ((name, root), frame) in [("fast", Root::Fast), ("exact", Root::Exact)]
+        .into_iter()
+        .zip(&mut frames)
+    {
         let mut extractor = Extractor::new(spec, spacing, root);
-        extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+        extractor.extract(&fluid, &ground, Channels::DEPTH, false, frame);
         let start = cpu()?;
         for _ in 0..20 {
-            extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+            extractor.extract(&fluid, &ground, Channels::DEPTH, false, frame);
         }
         println!(
             "surface, {name}: {} columns, {:.2} CPU ms",
@@ -71,17 +75,75 @@ fn measure(spacing: f32, seconds: f64) -> Result<(), Box<dyn Error + Send + Sync
             1e3 * (cpu()? - start) / 20.0
         );
     }
+    let [fast, exact] = frames.each_ref().map(|frame| frame.elevation.as_slice());
+    // Dry ground has the height of what is beside it.
+    let wet = exact.iter().zip(fast).filter(|(a, _)| **a > 0.0);
+    let mut errors: Vec<f32> = wet.map(|(a, b)| (a - b).abs() / spacing).collect();
+    errors.sort_by(f32::total_cmp);
+    println!(
+        "surface, fast against exact: median {:.4} d, 95 % within {:.4} d, largest {:.2} d",
+        errors[errors.len() / 2],
+        errors[errors.len() * 95 / 100],
+        errors[errors.len() - 1],
+    );
     Ok(())
 }
 
-fn paper() -> Result<(), Box<dyn Error + Send + Sync>> {
-    let spacing = 0.25_f32.cbrt() / 3000_f32.cbrt();
-    let mut fluid = column(Settings {
+/// A column of `height` metres of the paper's model.
+fn paper_column(spacing: f32, height: f32) -> Fluid {
+    let settings = Settings {
         model: Model::Mcg03,
         stiffness: 20.0,
         viscosity: 1e-3,
         ..Settings::water(spacing)
-    });
+    };
+    let mut fluid = Fluid::new(settings, Boundary::tank(Vec2::ZERO, TANK, 0.0));
+    cases::fill(&mut fluid, Vec3::ZERO, Vec3::new(0.5, height, 0.5));
+    fluid
+}
+
+/// What a particle costs a step, at the start of the dam break, for ever more of them. Iterations grow with the depth in
+/// particles, so that of `dfsph` is also told for each of them.
+fn flat() -> Result<(), Box<dyn Error + Send + Sync>> {
+    for (across, steps) in [(12.0, 40), (25.0, 10), (50.0, 4), (80.0, 2)] {
+        let spacing = 0.5 / across;
+        let mut paper = paper_column(spacing, 1.0);
+        let dt = paper.stable_step() as f32;
+        paper.step(dt);
+        let start = cpu()?;
+        for _ in 0..steps {
+            paper.step(dt);
+        }
+        let cost = (cpu()? - start) / f64::from(steps);
+        drop(paper);
+        let mut fluid = column(Settings::water(spacing));
+        let step = |fluid: &mut Fluid| {
+            let dt = fluid.stable_step().min(1.0 / 60.0);
+            fluid.step(dt as f32).iterations
+        };
+        step(&mut fluid);
+        let (start, mut iterations) = (cpu()?, 0);
+        for _ in 0..steps {
+            let [a, b] = step(&mut fluid);
+            iterations += a + b;
+        }
+        let spent = cpu()? - start;
+        let each = 1e6 / fluid.len() as f64;
+        println!(
+            "{} particles: mcg03 {:.3} µs a step, dfsph {:.2} µs a step, {:.3} µs an iteration ({:.1} a step)",
+            fluid.len(),
+            each * cost,
+            each * spent / f64::from(steps),
+            each * spent / f64::from(iterations),
+            f64::from(iterations) / f64::from(steps),
+        );
+    }
+    Ok(())
+}
+
+fn paper() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let spacing = 1.0 / 24.0;
+    let mut fluid = paper_column(spacing, 21.0 / 24.0);
     let spec = GridSpec::new(
         Vec2::ZERO,
         spacing,
@@ -111,10 +173,13 @@ fn paper() -> Result<(), Box<dyn Error + Send + Sync>> {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let mut arguments = std::env::args().skip(1).peekable();
+    if arguments.peek().is_some_and(|a| a == "flat") {
+        return pool.install(flat).map_err(|e| e.to_string().into());
+    }
     let spacing = arguments.next().map_or(Ok(1.0 / 24.0), |a| a.parse())?;
     let seconds = arguments.next().map_or(Ok(1.5), |a| a.parse())?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     pool.install(|| measure(spacing, seconds).and_then(|()| paper()))
         .map_err(|e| e.to_string().into())
 }

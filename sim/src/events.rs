@@ -70,6 +70,11 @@ pub enum Action {
         /// Change of its angular velocity in rad/s, world axes.
         spin: Vec3,
     },
+    /// Gravity turns, as when a vessel is tilted.
+    Tilt {
+        /// Gravity from now on, m/s².
+        gravity: Vec3,
+    },
 }
 
 impl Action {
@@ -82,15 +87,21 @@ impl Action {
             Self::Drag { .. } => "drag",
             Self::Release { .. } => "release",
             Self::Shove { .. } => "shove",
+            Self::Tilt { .. } => "tilt",
         }
     }
 
     /// Whether it acts on a body rather than on the water.
     pub fn is_on_body(&self) -> bool {
-        matches!(
-            self,
-            Self::Drag { .. } | Self::Release { .. } | Self::Shove { .. }
-        )
+        self.body().is_some()
+    }
+
+    /// Name of the body that it acts on, if it acts on one.
+    pub fn body(&self) -> Option<&str> {
+        match self {
+            Self::Drag { body, .. } | Self::Release { body } | Self::Shove { body, .. } => Some(body),
+            _ => None,
+        }
     }
 
     /// Checks what every solver needs: finite values and a positive radius.
@@ -122,6 +133,7 @@ impl Action {
             Self::Shove { velocity, spin, .. } => {
                 return self.finite(&[("velocity", velocity), ("spin", spin)]);
             }
+            Self::Tilt { gravity } => return self.finite(&[("gravity", gravity)]),
             Self::Release { .. } => return Ok(()),
         };
         let impossible = |quantity, value, remedy| EventError::Impossible {
@@ -163,6 +175,25 @@ impl Action {
             }
         }
         Ok(())
+    }
+}
+
+impl EventError {
+    /// Of a method whose gravity points down.
+    #[cfg_attr(
+        not(any(
+            feature = "wave-equation",
+            feature = "shallow-water",
+            feature = "wave-particles"
+        )),
+        allow(dead_code, reason = "these take every other action")
+    )]
+    pub(crate) fn upright(solver: &'static str) -> Self {
+        Self::Unsupported {
+            solver,
+            action: "tilt",
+            remedy: "choose the solver `sph`, whose vessels can be tilted",
+        }
     }
 }
 

@@ -26,16 +26,19 @@ impl Channels {
     pub const DROPLETS: Self = Self(1 << 4);
     /// Poses of the scene's bodies, in the order of the scene's objects.
     pub const BODIES: Self = Self(1 << 5);
+    /// What a method of particles computes with, for export: [`Droplets`] that no renderer draws.
+    pub const PARTICLES: Self = Self(1 << 6);
     /// Every channel there is.
-    pub const ALL: Self = Self(0x3f);
+    pub const ALL: Self = Self(0x7f);
 
-    const NAMES: [(&'static str, Self); 6] = [
+    const NAMES: [(&'static str, Self); 7] = [
         ("depth", Self::DEPTH),
         ("velocity", Self::VELOCITY),
         ("displacement", Self::DISPLACEMENT),
         ("foam", Self::FOAM),
         ("droplets", Self::DROPLETS),
         ("bodies", Self::BODIES),
+        ("particles", Self::PARTICLES),
     ];
 
     /// The bits, for storage.
@@ -201,6 +204,8 @@ pub struct Frame {
     pub droplets: Option<Droplets>,
     /// Poses of the scene's objects, in the order of the scene.
     pub bodies: Option<Vec<BodyPose>>,
+    /// All the particles that a method computes with, in no order; their radii are those of their volumes.
+    pub particles: Option<Droplets>,
 }
 
 /// A value in a frame that no solver may hand out and no renderer may draw.
@@ -230,6 +235,7 @@ impl Frame {
             foam: None,
             droplets: None,
             bodies: None,
+            particles: None,
         }
     }
 
@@ -248,12 +254,31 @@ impl Frame {
             (self.foam.is_some(), Channels::FOAM),
             (self.droplets.is_some(), Channels::DROPLETS),
             (self.bodies.is_some(), Channels::BODIES),
+            (self.particles.is_some(), Channels::PARTICLES),
         ] {
             if present {
                 set |= channel;
             }
         }
         set
+    }
+
+    /// The list that `channel` names: droplets or particles.
+    pub(crate) fn spheres(&self, channel: Channels) -> Option<&Droplets> {
+        match channel {
+            Channels::DROPLETS => self.droplets.as_ref(),
+            Channels::PARTICLES => self.particles.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// As [`Self::spheres`], to be changed.
+    pub(crate) fn spheres_mut(&mut self, channel: Channels) -> Option<&mut Droplets> {
+        match channel {
+            Channels::DROPLETS => self.droplets.as_mut(),
+            Channels::PARTICLES => self.particles.as_mut(),
+            _ => None,
+        }
     }
 
     /// Makes the frame hold exactly `channels` over `spec`, reusing what is allocated. Values are unspecified.
@@ -280,10 +305,15 @@ impl Frame {
             Vec2::ZERO,
         );
         fit(&mut self.foam, channels.contains(Channels::FOAM), spec, 0.0);
-        if channels.contains(Channels::DROPLETS) {
-            self.droplets.get_or_insert_default().clear();
-        } else {
-            self.droplets = None;
+        for (list, channel) in [
+            (&mut self.droplets, Channels::DROPLETS),
+            (&mut self.particles, Channels::PARTICLES),
+        ] {
+            if channels.contains(channel) {
+                list.get_or_insert_default().clear();
+            } else {
+                *list = None;
+            }
         }
         if channels.contains(Channels::BODIES) {
             self.bodies.get_or_insert_default().clear();
@@ -316,10 +346,12 @@ impl Frame {
         if let Some(g) = &self.foam {
             lists.push(("foam", 1, g.as_slice()));
         }
-        if let Some(d) = &self.droplets {
-            lists.push(("droplets", 3, flat(&d.position)));
-            lists.push(("droplets", 3, flat(&d.velocity)));
-            lists.push(("droplets", 1, &d.radius));
+        for (name, list) in [("droplets", &self.droplets), ("particles", &self.particles)] {
+            if let Some(d) = list {
+                lists.push((name, 3, flat(&d.position)));
+                lists.push((name, 3, flat(&d.velocity)));
+                lists.push((name, 1, &d.radius));
+            }
         }
         for (channel, stride, values) in lists {
             if let Some((k, value)) = first(values) {

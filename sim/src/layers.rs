@@ -15,9 +15,11 @@ use crate::scene::Scene;
 use crate::scene::description::{Edge, Initial, Motion, Solver as Choice};
 use crate::solver::{Extra, Solver, StepError, StepReport, Stirring};
 use crate::solvers::{self, BuildError};
+use crate::stages::Stages;
 use glam::{BVec2, UVec2};
 use std::cell::RefCell;
 use std::ops::{Add, Mul};
+use std::time::Instant;
 
 /// Share of the water that a trough may take.
 const DEEPEST: f32 = 0.9;
@@ -33,6 +35,7 @@ pub struct Layered {
     layers: Vec<Layer>,
     /// Frames of the base and of a layer, kept for their allocations.
     work: RefCell<(Frame, Frame)>,
+    stages: Stages,
 }
 
 struct Layer {
@@ -68,6 +71,7 @@ impl Layered {
             base,
             layers,
             work: RefCell::new((empty(), empty())),
+            stages: Stages::default(),
         })
     }
 }
@@ -227,11 +231,19 @@ impl Solver for Layered {
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
+        self.stages.clear();
+        let mut clock = Instant::now();
         let mut total = self.base.advance(dt)?;
+        self.stages.of(&*self.base, &mut clock);
         for layer in &mut self.layers {
             total = both(total, layer.solver.advance(dt)?);
+            self.stages.of(&*layer.solver, &mut clock);
         }
         Ok(total)
+    }
+
+    fn stages(&self) -> &[(&'static str, f64)] {
+        self.stages.as_slice()
     }
 
     fn extract(&self, want: Channels, out: &mut Frame) {
@@ -267,6 +279,9 @@ impl Solver for Layered {
         }
         if out.bodies.is_some() {
             std::mem::swap(&mut out.bodies, &mut base.bodies);
+        }
+        if out.particles.is_some() {
+            std::mem::swap(&mut out.particles, &mut base.particles);
         }
         for layer in &self.layers {
             layer.solver.extract(want & layer.solver.offers() & added(), own);

@@ -22,6 +22,7 @@ pub mod events;
 pub mod export;
 pub mod frame;
 pub mod grid;
+pub mod knobs;
 pub mod layers;
 pub mod mesh;
 pub mod npy;
@@ -44,6 +45,7 @@ pub mod source;
 pub mod sph;
 #[cfg(feature = "stage")]
 pub mod stage;
+pub mod stages;
 pub mod terrain;
 #[cfg(feature = "wave-equation")]
 pub mod wave_equation;

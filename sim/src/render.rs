@@ -1,6 +1,7 @@
 //! The seam to the renderer crates: what a picture is and what a renderer does.
 
 use crate::frame::{Channels, Frame, NonFiniteFrame};
+use crate::knobs::{Knob, Turned};
 use crate::scene::Scene;
 use glam::{UVec2, Vec3};
 use serde::Serialize;
@@ -117,6 +118,14 @@ pub trait Renderer: Send {
     fn is_random(&self) -> bool {
         false
     }
+
+    /// What can be changed while it is looked at, as it is now.
+    fn knobs(&self) -> Vec<Knob> {
+        Vec::new()
+    }
+
+    /// Takes these knobs as they were turned and all others as they are by default, from the next picture on.
+    fn turn(&mut self, _: &Turned) {}
 
     /// What drawing this scene at this size runs and keeps, and what is left out and why.
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem>;

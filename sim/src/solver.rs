@@ -44,6 +44,12 @@ pub trait Solver: Send {
     /// Bytes held for state and work arrays.
     fn bytes(&self) -> u64;
 
+    /// Where the time of the latest [`Self::advance`] went: named stages with their seconds, in order; empty where the method
+    /// has but one.
+    fn stages(&self) -> &[(&'static str, f64)] {
+        &[]
+    }
+
     /// How often in seconds the solver wants to be told what floating bodies displace ([`Self::stir`]); `None` if it
     /// leaves them their waves.
     fn stirred_every(&self) -> Option<f64> {

@@ -49,7 +49,7 @@ pub fn available() -> Vec<SolverInfo> {
         },
         SolverInfo {
             name: "sph",
-            summary: "unfinished: water in a tank as particles; its still water is not still yet (docs/numerics-sph.md)",
+            summary: "water in a tank as particles: sloshing, splashing, pouring, floating bodies; from water to honey",
             compiled: cfg!(feature = "sph"),
         },
     ]

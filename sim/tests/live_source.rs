@@ -10,6 +10,7 @@ use meniscus_sim::source::LiveSource;
 use meniscus_sim::{
     Channels, Frame, FrameSource, Grid, GridSpec, Progress, Scene, Solver, SourceError, StepError, StepReport,
 };
+use std::path::Path;
 
 fn scene(solver: &str) -> Scene {
     let text = format!("name = \"test\"\n[solver]\nspacing = 0.25\n{solver}");
@@ -46,6 +47,29 @@ fn drop_at(time: f64) -> Event {
         position: Vec2::new(8.0, 6.0),
         radius: 1.0,
         volume: 0.1,
+    }
+}
+
+#[test]
+fn stages_tell_where_the_time_of_a_frame_went() {
+    let tank = "name = \"tank\"\ndomain = { size = [8, 8] }\nterrain = { kind = \"flat\", height = -1.0 }\n\
+                solver = { kind = \"shallow-water\", spacing = 0.25 }";
+    let tank = Scene::from_toml(tank, Path::new("tank.toml"), Path::new("."), &[]).unwrap();
+    for (scene, names) in [
+        (pond(), &["wave-equation", "frame"][..]),
+        (tank, &["flow", "totals", "frame"]),
+    ] {
+        let mut source = live(&scene, Channels::DEPTH);
+        let mut frame = Frame::new(scene.grid);
+        let start = std::time::Instant::now();
+        for k in 0..3 {
+            next(&mut source, &mut frame);
+            let listed: Vec<&str> = source.stages().iter().map(|(name, _)| *name).collect();
+            // The first frame is the initial state: nothing is solved for it.
+            assert_eq!(listed, if k == 0 { &["frame"] } else { names });
+        }
+        let spent: f64 = source.stages().iter().map(|(_, seconds)| seconds).sum();
+        assert!(spent > 0.0 && spent <= start.elapsed().as_secs_f64(), "{spent}");
     }
 }
 

@@ -294,6 +294,10 @@ fn hostile_lengths_with_right_checksums_are_refused_before_allocation() {
         droplets + 8,
     ];
     places.extend(bands_of_first..bands_of_first + 24);
+    // The count of particles ends the structure.
+    let length = sample.bytes[structure..structure + 4].try_into().unwrap();
+    let particles = structure + u32::from_le_bytes(length) as usize;
+    places.extend([particles, particles + 3]);
     for at in places {
         for value in [0xff, 0x7f, 0x01, 0x00] {
             let mut bytes = sample.bytes.clone();

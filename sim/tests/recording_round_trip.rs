@@ -88,10 +88,12 @@ fn quantised_recordings_stay_within_the_tolerance() {
             reader.read(k, &mut out).unwrap();
             let original = frame(scene.grid, Channels::ALL, k as u64);
             assert_eq!(out.bodies, original.bodies);
-            assert_eq!(
-                out.droplets.as_ref().unwrap().radius,
-                original.droplets.as_ref().unwrap().radius
-            );
+            for (out, original) in [
+                (&out.droplets, &original.droplets),
+                (&out.particles, &original.particles),
+            ] {
+                assert_eq!(out.as_ref().unwrap().radius, original.as_ref().unwrap().radius);
+            }
             assert_eq!(out.time, original.time);
             let (a, b) = (bits(&out), bits(&original));
             assert_eq!(a.len(), b.len());

@@ -397,7 +397,7 @@ fn one_particle_none_and_a_tank_thinner_than_a_kernel() {
         assert_in_tank(&one, "one");
         let mut thin = Fluid::new(settings, Boundary::tank(Vec2::ZERO, Vec2::new(0.2, 0.004), 0.0));
         fill(&mut thin, Vec3::ZERO, Vec3::new(0.1, 0.1, 0.02), |_| Vec3::ZERO);
-        run(&mut thin, 0.3, 0.01, |_, _| {});
+        run(&mut thin, 0.1, 0.01, |_, _| {});
         assert_in_tank(&thin, "thin");
     }
 }

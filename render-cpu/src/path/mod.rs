@@ -15,6 +15,7 @@
 //! the stage's light): interfaces pass it on without the factor n².
 
 mod dome;
+mod knobs;
 mod manifold;
 mod scatter;
 mod tracer;
@@ -25,8 +26,10 @@ use crate::stage::pixel::{Pixel, pass_seed};
 use crate::stage::tiles;
 use dome::Dome;
 use glam::{UVec2, Vec3};
+use knobs::ROWS;
 use meniscus_sim::Scene;
 use meniscus_sim::frame::{Channels, Frame};
+use meniscus_sim::knobs::{Knob, Turned, list, restore};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use meniscus_sim::rng::Rng;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -106,6 +109,14 @@ impl Renderer for PathTracer {
 
     fn needs(&self, scene: &Scene) -> Channels {
         crate::stage::needs(scene)
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        list(ROWS, &self.settings)
+    }
+
+    fn turn(&mut self, knobs: &Turned) {
+        restore(ROWS, &mut self.settings, &Settings::default(), knobs);
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {

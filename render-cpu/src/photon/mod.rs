@@ -15,6 +15,7 @@
 //! they leave is added up in the order of their numbers: maps do not depend on threads.
 
 mod floor;
+mod knobs;
 mod ledger;
 mod maps;
 mod source;
@@ -29,8 +30,10 @@ use crate::stage::Stage;
 use crate::stage::pixel::pass_seed;
 use crate::whitted::{self, Drawing};
 use glam::UVec2;
+use knobs::ROWS;
 use maps::Order;
 use meniscus_sim::frame::{Channels, Frame};
+use meniscus_sim::knobs::{Knob, Turned, list, restore};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use meniscus_sim::{GridSpec, Scene};
 use std::time::Instant;
@@ -150,6 +153,14 @@ impl Renderer for PhotonMapper {
 
     fn needs(&self, scene: &Scene) -> Channels {
         crate::stage::needs(scene)
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        list(ROWS, &self.settings)
+    }
+
+    fn turn(&mut self, knobs: &Turned) {
+        restore(ROWS, &mut self.settings, &Settings::default(), knobs);
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {

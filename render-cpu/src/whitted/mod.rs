@@ -15,6 +15,7 @@
 
 mod auxiliary;
 mod caustics;
+mod knobs;
 pub(crate) mod plan;
 mod shade;
 mod trace;
@@ -27,8 +28,10 @@ use crate::stage::pixel::Pixel;
 use crate::stage::{Set, Stage, tiles};
 use caustics::Caustics;
 use glam::{UVec2, Vec3};
+use knobs::ROWS;
 use meniscus_sim::Scene;
 use meniscus_sim::frame::{Channels, Frame};
+use meniscus_sim::knobs::{Knob, Turned, list, restore};
 use meniscus_sim::render::{Image, PlanItem, RenderError, RenderReport, Renderer, View};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -170,6 +173,14 @@ impl Renderer for Whitted {
 
     fn needs(&self, scene: &Scene) -> Channels {
         crate::stage::needs(scene)
+    }
+
+    fn knobs(&self) -> Vec<Knob> {
+        list(ROWS, &self.settings)
+    }
+
+    fn turn(&mut self, knobs: &Turned) {
+        restore(ROWS, &mut self.settings, &Settings::default(), knobs);
     }
 
     fn plan(&self, scene: &Scene, size: UVec2) -> Vec<PlanItem> {

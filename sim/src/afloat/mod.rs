@@ -16,8 +16,10 @@ use crate::scene::Scene;
 use crate::scene::description::{Edge, Motion};
 use crate::solver::{Extra, Solver, StepError, StepReport, Stirring};
 use crate::solvers::BuildError;
+use crate::stages::Stages;
 use glam::BVec2;
 use std::sync::Arc;
+use std::time::Instant;
 use view::{Basin, Between, View};
 
 /// Moments of the water that bodies meet between two frames.
@@ -36,6 +38,7 @@ pub struct Afloat {
     level: f64,
     /// The free bodies' hulls, if the solver can be stirred.
     stirrers: Vec<Stirrer>,
+    stages: Stages,
 }
 
 /// A free body that stirs the water.
@@ -100,14 +103,18 @@ impl Afloat {
             bodies,
             basin,
             now,
+            stages: Stages::default(),
         })
     }
 
     /// Moves the water by `h` seconds, and the bodies with it.
     fn follow(&mut self, h: f32) -> Result<StepReport, StepError> {
         let start = self.base.time();
+        let mut clock = Instant::now();
         let report = self.base.advance(h)?;
+        self.stages.of(&*self.base, &mut clock);
         let after = View::of(&*self.base, &self.basin);
+        self.stages.lap("water that bodies meet", &mut clock);
         let span = f64::from(h);
         let moment = span / f64::from(MOMENTS);
         for k in 0..MOMENTS {
@@ -121,7 +128,11 @@ impl Afloat {
                 .advance(&water, start + f64::from(k) * moment, moment)?;
         }
         self.now = after;
+        self.stages.lap("bodies", &mut clock);
         self.stir()?;
+        if !self.stirrers.is_empty() {
+            self.stages.lap("waves of bodies", &mut clock);
+        }
         Ok(report)
     }
 
@@ -192,6 +203,7 @@ impl Solver for Afloat {
         }
         let h = dt / frames as f32;
         let mut total = StepReport::default();
+        self.stages.clear();
         for _ in 0..frames as u32 {
             let report = self.follow(h)?;
             total = StepReport {
@@ -203,6 +215,10 @@ impl Solver for Afloat {
         }
         total.energy += self.bodies.energy(self.level);
         Ok(total)
+    }
+
+    fn stages(&self) -> &[(&'static str, f64)] {
+        self.stages.as_slice()
     }
 
     fn extract(&self, want: Channels, out: &mut Frame) {

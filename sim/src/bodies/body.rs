@@ -61,6 +61,16 @@ pub(super) struct Body {
     pub(super) footprint: Heights,
 }
 
+/// What a hand does in a step.
+struct Hand {
+    /// Where it holds, from the centre of mass, world axes, m.
+    arm: DVec3,
+    /// N
+    force: DVec3,
+    /// What it adds to the inertia there, kg.
+    inert: DMat3,
+}
+
 /// What moves a body during a step.
 pub(super) struct Push {
     /// Force and torque on the bare body, N and N m.
@@ -76,7 +86,7 @@ pub(super) struct Push {
 
 impl Body {
     /// Inertia about the centre of mass, world axes, kg m².
-    fn inertia(&self) -> DMat3 {
+    pub(super) fn inertia(&self) -> DMat3 {
         let rotation = DMat3::from_quat(self.state.rotation);
         rotation * self.mass.inertia * rotation.transpose()
     }
@@ -127,16 +137,9 @@ impl Body {
             linear: DVec3::NEG_Y * (GRAVITY * self.mass.mass),
             angular: DVec3::ZERO,
         };
-        if let Some(grip) = &self.grip {
-            let mass = self.mass.mass + 0.5 * WATER_DENSITY * loads.volume;
-            let (stiffness, damping) = (mass * SPRING * SPRING, 2.0 * mass * SPRING);
-            let arm = self.state.rotation * grip.at;
-            let velocity = self.state.velocity + self.state.spin.cross(arm);
-            let stretch = grip.target - self.state.position - arm;
-            // Pulls with the stretch and the velocity at the end of the step.
-            let force = stiffness * (stretch - h * velocity) - damping * velocity;
-            outside += Six::at(arm, force);
-            inert.add_at(arm, DMat3::IDENTITY * (h * (damping + h * stiffness)));
+        if let Some(hand) = self.hand(loads.volume, h) {
+            outside += Six::at(hand.arm, hand.force);
+            inert.add_at(hand.arm, hand.inert);
         }
         let change = inert.solve((by_water + outside) * h)?;
         let force = self.mass.mass / h * change.linear;
@@ -148,6 +151,33 @@ impl Body {
             wet: loads.volume,
             added: loads.added,
         })
+    }
+
+    /// What a hand does, if one holds it, to a body of which `wet` m³ are under water, in a step of `h` seconds: it pulls with
+    /// the stretch and the velocity at the end of the step.
+    fn hand(&self, wet: f64, h: f64) -> Option<Hand> {
+        let grip = self.grip.as_ref()?;
+        let mass = self.mass.mass + 0.5 * WATER_DENSITY * wet;
+        let (stiffness, damping) = (mass * SPRING * SPRING, 2.0 * mass * SPRING);
+        let arm = self.state.rotation * grip.at;
+        let velocity = self.state.velocity + self.state.spin.cross(arm);
+        let stretch = grip.target - self.state.position - arm;
+        Some(Hand {
+            arm,
+            force: stiffness * (stretch - h * velocity) - damping * velocity,
+            inert: DMat3::IDENTITY * (h * (damping + h * stiffness)),
+        })
+    }
+
+    /// Change of velocity and spin by a hand that pulls for `h` seconds with the strength that a body under water needs.
+    #[cfg(feature = "sph")]
+    pub(super) fn pulled(&self, h: f64) -> Six {
+        let Some(hand) = self.hand(self.mass.volume, h) else {
+            return Six::default();
+        };
+        let mut inert = Symmetric::body(self.mass.mass, self.inertia());
+        inert.add_at(hand.arm, hand.inert);
+        inert.solve(Six::at(hand.arm, hand.force) * h).unwrap_or_default()
     }
 
     /// The error of a body whose motion is no longer finite.

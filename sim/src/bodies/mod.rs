@@ -43,6 +43,8 @@ mod body;
 mod checkpoint;
 mod cut;
 mod displaced;
+#[cfg(feature = "sph")]
+mod driven;
 mod error;
 mod from_scene;
 mod hull;

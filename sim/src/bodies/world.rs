@@ -17,6 +17,9 @@ use rapier3d::prelude::{
 
 /// Friction between bodies and ground.
 const FRICTION: f32 = 0.5;
+/// Planes that stand for a round wall: where they meet they are 0.2 % too far out.
+#[cfg(feature = "sph")]
+const SIDES: u32 = 48;
 /// Share of the speed that is left after a collision.
 const RESTITUTION: f32 = 0.1;
 /// Fastest speed that rapier keeps, m/s.
@@ -149,6 +152,20 @@ impl World {
                 if normal.z == 0.0 { 0.0 } else { z - self.origin.z },
             );
             let collider = ColliderBuilder::new(SharedShape::halfspace(normal))
+                .translation(vector(at))
+                .friction(0.0)
+                .restitution(RESTITUTION);
+            self.physics.insert_collider(collider, None);
+        }
+    }
+
+    /// Adds an upright wall without end around a circle in X and Z.
+    #[cfg(feature = "sph")]
+    pub(super) fn add_round_wall(&mut self, centre: [f64; 2], radius: f64) {
+        for side in 0..SIDES {
+            let (z, x) = (std::f64::consts::TAU * f64::from(side) / f64::from(SIDES)).sin_cos();
+            let at = DVec3::new(centre[0] + radius * x, self.origin.y, centre[1] + radius * z) - self.origin;
+            let collider = ColliderBuilder::new(SharedShape::halfspace(vector(DVec3::new(-x, 0.0, -z))))
                 .translation(vector(at))
                 .friction(0.0)
                 .restitution(RESTITUTION);

@@ -21,10 +21,12 @@ use crate::scene::Scene;
 use crate::scene::description::{Detail as Parameters, Edge};
 use crate::solver::{Extra, Solver, StepError, StepReport};
 use crate::solvers::BuildError;
+use crate::stages::Stages;
 use glam::{BVec2, Vec2};
 use noise::GradientNoise;
 use rayon::prelude::*;
 use std::cell::RefCell;
+use std::time::Instant;
 
 /// Samples of the tile along a side.
 const TILE: usize = 256;
@@ -63,6 +65,7 @@ pub struct Detailed {
     /// Frame of the base, kept for its allocations.
     work: RefCell<Frame>,
     tile: RefCell<Tile>,
+    stages: Stages,
 }
 
 /// One covering of the surface by the tile.
@@ -129,6 +132,7 @@ impl Detailed {
                 carried: Vec::new(),
             }),
             work: RefCell::new(Frame::new(spec)),
+            stages: Stages::default(),
             tile: RefCell::new(Tile {
                 time: f64::NAN,
                 heights: vec![0.0; TILE * TILE],
@@ -374,7 +378,10 @@ impl Solver for Detailed {
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
         let before = self.base.time();
+        let mut clock = Instant::now();
         let report = self.base.advance(dt)?;
+        self.stages.clear();
+        self.stages.of(&*self.base, &mut clock);
         let time = self.base.time();
         let velocity = if self.base.offers().contains(Channels::VELOCITY) {
             let mut frame = self.work.borrow_mut();
@@ -385,7 +392,12 @@ impl Solver for Detailed {
         };
         self.carry(velocity.as_ref(), time, time - before);
         self.work.borrow_mut().velocity = velocity;
+        self.stages.lap("detail", &mut clock);
         Ok(report)
+    }
+
+    fn stages(&self) -> &[(&'static str, f64)] {
+        self.stages.as_slice()
     }
 
     fn extract(&self, want: Channels, out: &mut Frame) {

@@ -201,7 +201,11 @@ impl Schedule {
                 out.push((now, action));
             }
             // Single events are in `moments`.
-            Event::Drop { .. } | Event::Press { .. } | Event::Push { .. } | Event::Shove { .. } => {}
+            Event::Drop { .. }
+            | Event::Press { .. }
+            | Event::Push { .. }
+            | Event::Shove { .. }
+            | Event::Tilt { .. } => {}
         }
     }
 
@@ -285,6 +289,7 @@ fn single(event: &Event) -> Option<(f64, Action)> {
                 spin,
             },
         )),
+        Event::Tilt { time, gravity } => Some((time, Action::Tilt { gravity })),
         Event::Sweep { .. } | Event::Rain { .. } | Event::Inflow { .. } | Event::Drag { .. } => None,
     }
 }

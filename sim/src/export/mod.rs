@@ -3,7 +3,7 @@
 //! | Format | Files | Holds |
 //! |---|---|---|
 //! | [`Npz`](Format::Npz) | one archive of arrays | every frame and channel; the contract with the outside |
-//! | [`Vtk`](Format::Vtk) | `OUT.pvd` and a folder `OUT/` | every frame and channel, ground, droplets |
+//! | [`Vtk`](Format::Vtk) | `OUT.pvd` and a folder `OUT/` | every frame and channel, ground, droplets, particles |
 //! | [`Obj`](Format::Obj), [`Ply`](Format::Ply), [`Glb`](Format::Glb) | `OUT_000000.obj` … | the surface as a mesh, one file a frame |
 //!
 //! Frames are taken one at a time from any [`FrameSource`]; none is kept. Every file is written under a temporary
@@ -17,7 +17,7 @@
 //! `displacement[f,nz,nx,2]`, `foam[f,nz,nx]` and `bodies[f,n,13]`, with position (3), rotation as a quaternion x, y,
 //! z, w (4), velocity (3) and angular velocity (3). Droplets are flat, frame after frame: those of frame f are
 //! `droplets_offset[f]` to `droplets_offset[f + 1]` of `droplets_position[·,3]`, `droplets_velocity[·,3]` and
-//! `droplets_radius[·]`. All are `float32` unless said otherwise.
+//! `droplets_radius[·]`; particles the same, in `particles_…`. All are `float32` unless said otherwise.
 
 mod glb;
 mod mesh_files;

@@ -2,7 +2,7 @@
 
 use super::staged::{Spool, Staged, io_error};
 use super::{ExportError, Sink, Summary};
-use crate::frame::{BodyPose, Frame};
+use crate::frame::{BodyPose, Channels, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::npy::{self, Number};
 use std::fs::File;
@@ -31,10 +31,36 @@ pub(super) struct Npz {
     out: PathBuf,
     staged: Option<Staged>,
     arrays: Vec<Array>,
-    /// Frames and droplets so far.
     frames: usize,
-    droplets: usize,
+    /// Droplets and particles so far.
+    spheres: [usize; 2],
 }
+
+/// Names of the arrays of a list of spheres.
+struct Names {
+    channel: Channels,
+    offset: &'static str,
+    position: &'static str,
+    velocity: &'static str,
+    radius: &'static str,
+}
+
+const SPHERES: [Names; 2] = [
+    Names {
+        channel: Channels::DROPLETS,
+        offset: "droplets_offset",
+        position: "droplets_position",
+        velocity: "droplets_velocity",
+        radius: "droplets_radius",
+    },
+    Names {
+        channel: Channels::PARTICLES,
+        offset: "particles_offset",
+        position: "particles_position",
+        velocity: "particles_velocity",
+        radius: "particles_radius",
+    },
+];
 
 impl Npz {
     pub(super) fn create(out: &Path) -> Result<Self, ExportError> {
@@ -43,7 +69,7 @@ impl Npz {
             staged: Some(Staged::create(out)?),
             arrays: Vec::new(),
             frames: 0,
-            droplets: 0,
+            spheres: [0; 2],
         })
     }
 
@@ -172,23 +198,18 @@ impl Sink for Npz {
             let numbers: Vec<f32> = bodies.iter().flat_map(body_numbers).collect();
             self.push("bodies", &[bodies.len(), BODY], &numbers)?;
         }
-        if let Some(droplets) = &frame.droplets {
+        for (k, names) in SPHERES.iter().enumerate() {
+            let Some(list) = frame.spheres(names.channel) else {
+                continue;
+            };
             if self.frames == 1 {
-                self.push("droplets_offset", &[], &[0_u64])?;
+                self.push(names.offset, &[], &[0_u64])?;
             }
-            self.droplets += droplets.len();
-            self.push("droplets_offset", &[], &[self.droplets as u64])?;
-            self.push::<f32>(
-                "droplets_position",
-                &[3],
-                bytemuck::cast_slice(&droplets.position),
-            )?;
-            self.push::<f32>(
-                "droplets_velocity",
-                &[3],
-                bytemuck::cast_slice(&droplets.velocity),
-            )?;
-            self.push("droplets_radius", &[], &droplets.radius)?;
+            self.spheres[k] += list.len();
+            self.push(names.offset, &[], &[self.spheres[k] as u64])?;
+            self.push::<f32>(names.position, &[3], bytemuck::cast_slice(&list.position))?;
+            self.push::<f32>(names.velocity, &[3], bytemuck::cast_slice(&list.velocity))?;
+            self.push(names.radius, &[], &list.radius)?;
         }
         Ok(())
     }

@@ -67,11 +67,13 @@ impl FrameSource for Numbers {
         if out.foam.is_some() {
             out.foam = Some(Grid::filled(spec(), 0.25));
         }
-        if let Some(droplets) = &mut out.droplets {
-            for k in 0..n {
-                droplets.position.push(Vec3::new(k as f32, 1.0, n as f32));
-                droplets.velocity.push(Vec3::Y);
-                droplets.radius.push(0.01 * (k + 1) as f32);
+        for (list, count) in [(&mut out.droplets, n), (&mut out.particles, 2 * n)] {
+            if let Some(list) = list {
+                for k in 0..count {
+                    list.position.push(Vec3::new(k as f32, 1.0, n as f32));
+                    list.velocity.push(Vec3::Y);
+                    list.radius.push(0.01 * (k + 1) as f32);
+                }
             }
         }
         if let Some(bodies) = &mut out.bodies {
@@ -163,6 +165,8 @@ fn npz_holds_every_array_of_the_contract() {
     assert_eq!(shape("droplets_offset"), "<u8 (4,)");
     assert_eq!(shape("droplets_position"), "<f4 (12, 3)");
     assert_eq!(shape("droplets_radius"), "<f4 (12,)");
+    assert_eq!(shape("particles_offset"), "<u8 (4,)");
+    assert_eq!(shape("particles_velocity"), "<f4 (24, 3)");
 
     let elevation = floats(&array(&out, "elevation").1);
     for (f, frame) in (3..6).enumerate() {
@@ -187,12 +191,17 @@ fn npz_holds_every_array_of_the_contract() {
         .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
         .collect();
     assert_eq!(z, [10.0, 10.5, 11.0, 11.5, 12.0]);
-    let offsets: Vec<u64> = array(&out, "droplets_offset")
-        .1
-        .chunks_exact(8)
-        .map(|b| u64::from_le_bytes(b.try_into().unwrap()))
-        .collect();
-    assert_eq!(offsets, [0, 3, 7, 12]);
+    for (name, expected) in [
+        ("droplets_offset", [0, 3, 7, 12]),
+        ("particles_offset", [0, 6, 14, 24]),
+    ] {
+        let offsets: Vec<u64> = array(&out, name)
+            .1
+            .chunks_exact(8)
+            .map(|b| u64::from_le_bytes(b.try_into().unwrap()))
+            .collect();
+        assert_eq!(offsets, expected);
+    }
 }
 
 #[test]
@@ -410,13 +419,13 @@ fn vtk_array(file: &[u8], name: &str) -> Vec<u8> {
 fn vtk_collections_name_their_frames_and_hold_their_arrays() {
     let folder = tempfile::tempdir().unwrap();
     let summary = export(Format::Vtk, Channels::ALL, &folder.path().join("run.pvd")).unwrap();
-    assert_eq!((summary.frames, summary.files), (3, 8));
+    assert_eq!((summary.frames, summary.files), (3, 11));
     assert_eq!(names(folder.path()), ["run", "run.pvd"]);
     let collection = fs::read_to_string(folder.path().join("run.pvd")).unwrap();
     for file in names(&folder.path().join("run")) {
         assert!(collection.contains(&format!("file=\"run/{file}\"")), "{file}");
     }
-    assert_eq!(collection.matches("timestep=\"0.1\"").count(), 3);
+    assert_eq!(collection.matches("timestep=\"0.1\"").count(), 4);
 
     let file = fs::read(folder.path().join("run/run_000004.vts")).unwrap();
     let elevation = floats(&vtk_array(&file, "elevation"));
@@ -429,6 +438,8 @@ fn vtk_collections_name_their_frames_and_hold_their_arrays() {
     assert_eq!(hidden[..6], [0, 0, 0, 0, HIDDEN, HIDDEN]);
     let droplets = fs::read(folder.path().join("run/run_000005_droplets.vtp")).unwrap();
     assert_eq!(floats(&vtk_array(&droplets, "radius")).len(), 5);
+    let particles = fs::read(folder.path().join("run/run_000005_particles.vtp")).unwrap();
+    assert_eq!(floats(&vtk_array(&particles, "radius")).len(), 10);
     // The file's size is what its arrays say: nothing is cut off.
     assert!(file.ends_with(b"</AppendedData>\n</VTKFile>\n"));
 }

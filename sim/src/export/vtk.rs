@@ -166,10 +166,15 @@ impl Sink for Vtk {
             };
             self.list(frame.time, 1, &name);
         }
-        if let Some(droplets) = &frame.droplets {
-            let name = format!("{}_{:06}_droplets.vtp", self.stem, frame.index);
-            self.write(&name, "PolyData", &droplets_document(droplets))?;
-            self.list(frame.time, 2, &name);
+        for (part, what, list) in [
+            (2, "droplets", &frame.droplets),
+            (3, "particles", &frame.particles),
+        ] {
+            if let Some(list) = list {
+                let name = format!("{}_{:06}_{what}.vtp", self.stem, frame.index);
+                self.write(&name, "PolyData", &spheres_document(list))?;
+                self.list(frame.time, part, &name);
+            }
         }
         Ok(())
     }
@@ -302,17 +307,17 @@ fn ground_document(ground: &Grid<f32>) -> Document {
     document
 }
 
-fn droplets_document(droplets: &Droplets) -> Document {
-    let n = droplets.len();
+fn spheres_document(list: &Droplets) -> Document {
+    let n = list.len();
     let mut document = Document::default();
     document.line(&format!(
         "<PolyData>\n<Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"{n}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
     ));
     document.line(r#"<PointData Scalars="radius">"#);
-    document.array(Array::new("Float32", "radius", 1, &droplets.radius));
-    document.array(Array::new("Float32", "velocity", 3, &droplets.velocity));
+    document.array(Array::new("Float32", "radius", 1, &list.radius));
+    document.array(Array::new("Float32", "velocity", 3, &list.velocity));
     document.line("</PointData>\n<Points>");
-    document.array(Array::new("Float32", "Points", 3, &droplets.position));
+    document.array(Array::new("Float32", "Points", 3, &list.position));
     document.line("</Points>\n<Verts>");
     let numbers: Vec<i64> = (0..n as i64).collect();
     let ends: Vec<i64> = (1..=n as i64).collect();

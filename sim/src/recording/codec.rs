@@ -133,6 +133,7 @@ pub(super) enum StoredAction {
     Drag(String, [f32; 3], [f32; 3]),
     Release(String),
     Shove(String, [f32; 3], [f32; 3]),
+    Tilt([f32; 3]),
 }
 
 impl From<&Action> for StoredAction {
@@ -160,6 +161,7 @@ impl From<&Action> for StoredAction {
             Action::Shove { body, velocity, spin } => {
                 Self::Shove(body.clone(), velocity.to_array(), spin.to_array())
             }
+            Action::Tilt { gravity } => Self::Tilt(gravity.to_array()),
         }
     }
 }
@@ -200,6 +202,9 @@ impl From<StoredAction> for Action {
                 let (velocity, spin) = (velocity.into(), spin.into());
                 Self::Shove { body, velocity, spin }
             }
+            StoredAction::Tilt(gravity) => Self::Tilt {
+                gravity: gravity.into(),
+            },
         }
     }
 }

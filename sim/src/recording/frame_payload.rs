@@ -4,7 +4,7 @@ use super::codec::{self, MAX_FRAME_STRUCTURE, StoredAction, StoredFrame, StoredP
 use super::plane::{self, Layout, Task};
 use super::{MAX_BODIES, MAX_DROPLETS};
 use crate::events::Action;
-use crate::frame::{BodyPose, Channels, Frame};
+use crate::frame::{BodyPose, Channels, Droplets, Frame};
 use crate::grid::{Grid, GridSpec};
 use crate::solver::StepReport;
 use glam::{Quat, Vec2, Vec3};
@@ -27,10 +27,44 @@ pub(super) struct PlaneSpec {
     interleaved: bool,
 }
 
+/// How many elements the lists of a frame hold; 0 without their channels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Counts {
+    pub(super) droplets: usize,
+    pub(super) bodies: usize,
+    pub(super) particles: usize,
+}
+
+impl Counts {
+    /// That of droplets or of particles.
+    fn of(self, channel: Channels) -> usize {
+        if channel == Channels::PARTICLES {
+            self.particles
+        } else {
+            self.droplets
+        }
+    }
+
+    fn count(frame: &Frame, channels: Channels) -> Self {
+        let held = |channel, count: Option<usize>| {
+            if channels.contains(channel) {
+                count.unwrap_or(0)
+            } else {
+                0
+            }
+        };
+        Self {
+            droplets: held(Channels::DROPLETS, frame.droplets.as_ref().map(Droplets::len)),
+            bodies: held(Channels::BODIES, frame.bodies.as_ref().map(Vec::len)),
+            particles: held(Channels::PARTICLES, frame.particles.as_ref().map(Droplets::len)),
+        }
+    }
+}
+
 /// The arrays of a frame, in the order in which they are stored.
-pub(super) fn planes(spec: GridSpec, channels: Channels, droplets: usize, bodies: usize) -> Vec<PlaneSpec> {
+pub(super) fn planes(spec: GridSpec, channels: Channels, counts: Counts) -> Vec<PlaneSpec> {
     let grid = Layout::new(spec.len(), spec.width());
-    let mut list = Vec::with_capacity(27);
+    let mut list = Vec::with_capacity(34);
     let mut add = |channel, count, layout, tolerant| {
         let spec = PlaneSpec {
             channel,
@@ -44,14 +78,15 @@ pub(super) fn planes(spec: GridSpec, channels: Channels, droplets: usize, bodies
     for (name, channel) in channels.iter() {
         match channel {
             Channels::VELOCITY | Channels::DISPLACEMENT => add(name, 2, grid, true),
-            Channels::DROPLETS => {
-                let layout = Layout::new(droplets, droplets);
+            Channels::DROPLETS | Channels::PARTICLES => {
+                let count = counts.of(channel);
+                let layout = Layout::new(count, count);
                 add(name, 6, layout, true);
                 // A radius is often smaller than the tolerance of positions and would vanish.
                 add(name, 1, layout, false);
             }
             // Few numbers, and a rotation must stay a unit quaternion.
-            Channels::BODIES => add(name, BODY, Layout::new(bodies, bodies), false),
+            Channels::BODIES => add(name, BODY, Layout::new(counts.bodies, counts.bodies), false),
             _ => add(name, 1, grid, true),
         }
     }
@@ -76,8 +111,8 @@ fn values(frame: &Frame, channels: Channels) -> Vec<Cow<'_, [f32]>> {
             Channels::FOAM => list.push(scalars(frame.foam.as_ref())),
             Channels::VELOCITY => pick(vectors(frame.velocity.as_ref()), |v| v.to_array(), &mut list),
             Channels::DISPLACEMENT => pick(vectors(frame.displacement.as_ref()), |v| v.to_array(), &mut list),
-            Channels::DROPLETS => {
-                if let Some(d) = &frame.droplets {
+            Channels::DROPLETS | Channels::PARTICLES => {
+                if let Some(d) = frame.spheres(channel) {
                     pick(&d.position, |v| v.to_array(), &mut list);
                     pick(&d.velocity, |v| v.to_array(), &mut list);
                     list.push(Cow::Borrowed(&d.radius));
@@ -128,17 +163,8 @@ pub(super) fn encode(
     tolerance: f32,
     out: &mut Vec<u8>,
 ) -> Result<Encoded, String> {
-    let droplets = frame
-        .droplets
-        .as_ref()
-        .filter(|_| channels.contains(Channels::DROPLETS));
-    let droplets = droplets.map_or(0, |d| d.len());
-    let bodies = frame
-        .bodies
-        .as_ref()
-        .filter(|_| channels.contains(Channels::BODIES));
-    let bodies = bodies.map_or(0, Vec::len);
-    let specs = planes(*frame.spec(), channels, droplets, bodies);
+    let counts = Counts::count(frame, channels);
+    let specs = planes(*frame.spec(), channels, counts);
     let values = values(frame, channels);
     let mut encoded = Encoded {
         raw_bytes: values.iter().map(|v| 4 * v.len() as u64).sum(),
@@ -162,13 +188,21 @@ pub(super) fn encode(
     let structure = StoredFrame {
         index: frame.index,
         report: report.map(Into::into),
-        droplets: u32::try_from(droplets).map_err(|e| e.to_string())?,
-        bodies: u32::try_from(bodies).map_err(|e| e.to_string())?,
+        droplets: number(counts.droplets)?,
+        bodies: number(counts.bodies)?,
         planes: stored,
     };
-    codec::put(&structure, MAX_FRAME_STRUCTURE, out)?;
+    if channels.contains(Channels::PARTICLES) {
+        codec::put(&(structure, number(counts.particles)?), MAX_FRAME_STRUCTURE, out)?;
+    } else {
+        codec::put(&structure, MAX_FRAME_STRUCTURE, out)?;
+    }
     data.iter().for_each(|data| out.extend_from_slice(data));
     Ok(encoded)
+}
+
+fn number(count: usize) -> Result<u32, String> {
+    u32::try_from(count).map_err(|e| e.to_string())
 }
 
 /// Appends what was done live since the frame before to the payload of a frame; nothing if nothing was.
@@ -204,6 +238,7 @@ fn decode_actions(bytes: &[u8]) -> Result<Vec<(f64, Action)>, String> {
 /// The structure of a frame, checked against the grid, the channels and the bytes there are.
 pub(super) struct Structure<'a> {
     stored: StoredFrame,
+    counts: Counts,
     specs: Vec<PlaneSpec>,
     data: &'a [u8],
     acted: Vec<(f64, Action)>,
@@ -212,15 +247,28 @@ pub(super) struct Structure<'a> {
 impl<'a> Structure<'a> {
     /// Reads and checks the structure of a payload. Allocates no more than the structure's own size.
     pub(super) fn read(payload: &'a [u8], spec: GridSpec, channels: Channels) -> Result<Self, String> {
-        let (stored, data): (StoredFrame, _) = codec::take::<_, MAX_FRAME_STRUCTURE>(payload)?;
-        let (droplets, bodies) = (stored.droplets as usize, stored.bodies as usize);
-        if droplets > MAX_DROPLETS || (droplets > 0 && !channels.contains(Channels::DROPLETS)) {
-            return Err(format!("it claims {droplets} droplets"));
+        let with_particles = channels.contains(Channels::PARTICLES);
+        let ((stored, particles), data): ((StoredFrame, u32), _) = if with_particles {
+            codec::take::<_, MAX_FRAME_STRUCTURE>(payload)?
+        } else {
+            let (stored, data) = codec::take::<_, MAX_FRAME_STRUCTURE>(payload)?;
+            ((stored, 0), data)
+        };
+        let counts = Counts {
+            droplets: stored.droplets as usize,
+            bodies: stored.bodies as usize,
+            particles: particles as usize,
+        };
+        for (name, count, most, channel) in [
+            ("droplets", counts.droplets, MAX_DROPLETS, Channels::DROPLETS),
+            ("bodies", counts.bodies, MAX_BODIES, Channels::BODIES),
+            ("particles", counts.particles, MAX_DROPLETS, Channels::PARTICLES),
+        ] {
+            if count > most || (count > 0 && !channels.contains(channel)) {
+                return Err(format!("it claims {count} {name}"));
+            }
         }
-        if bodies > MAX_BODIES || (bodies > 0 && !channels.contains(Channels::BODIES)) {
-            return Err(format!("it claims {bodies} bodies"));
-        }
-        let specs = planes(spec, channels, droplets, bodies);
+        let specs = planes(spec, channels, counts);
         if stored.planes.len() != specs.len() {
             let (found, expected) = (stored.planes.len(), specs.len());
             return Err(format!("it has {found} arrays instead of {expected}"));
@@ -235,6 +283,7 @@ impl<'a> Structure<'a> {
         let acted = decode_actions(rest).map_err(|e| format!("behind its arrays of {bytes} bytes: {e}"))?;
         Ok(Self {
             stored,
+            counts,
             specs,
             data,
             acted,
@@ -272,13 +321,15 @@ impl<'a> Structure<'a> {
     ) -> Result<(), String> {
         out.prepare(spec, channels);
         out.index = self.stored.index;
-        let droplets = self.stored.droplets as usize;
-        if let Some(d) = &mut out.droplets {
-            d.position.resize(droplets, Vec3::ZERO);
-            d.velocity.resize(droplets, Vec3::ZERO);
-            d.radius.resize(droplets, 0.0);
+        for channel in [Channels::DROPLETS, Channels::PARTICLES] {
+            let count = self.counts.of(channel);
+            if let Some(d) = out.spheres_mut(channel) {
+                d.position.resize(count, Vec3::ZERO);
+                d.velocity.resize(count, Vec3::ZERO);
+                d.radius.resize(count, 0.0);
+            }
         }
-        let mut bodies = vec![[0.0; BODY]; self.stored.bodies as usize];
+        let mut bodies = vec![[0.0; BODY]; self.counts.bodies];
         let interleaved = self
             .specs
             .iter()
@@ -295,8 +346,8 @@ impl<'a> Structure<'a> {
                 Channels::DISPLACEMENT => {
                     interleave(&mut parts, grid_slice(&mut out.displacement), |v| v.as_mut())
                 }
-                Channels::DROPLETS => {
-                    if let Some(d) = &mut out.droplets {
+                Channels::DROPLETS | Channels::PARTICLES => {
+                    if let Some(d) = out.spheres_mut(channel) {
                         interleave(&mut parts, &mut d.position, |v| v.as_mut());
                         interleave(&mut parts, &mut d.velocity, |v| v.as_mut());
                     }
@@ -319,6 +370,7 @@ impl<'a> Structure<'a> {
             out.depth.as_mut().map(Grid::as_mut_slice),
             out.foam.as_mut().map(Grid::as_mut_slice),
             out.droplets.as_mut().map(|d| d.radius.as_mut_slice()),
+            out.particles.as_mut().map(|d| d.radius.as_mut_slice()),
         ];
         let mut own = own.into_iter().flatten();
         let mut free = scratch;

@@ -308,13 +308,18 @@ fn check_lists(frame: &Frame) -> Result<(), String> {
             "channel `{name}` stands on another grid than `elevation`"
         ));
     }
-    if let Some(d) = &frame.droplets {
+    for (name, list) in [("droplets", &frame.droplets), ("particles", &frame.particles)] {
+        let Some(d) = list else {
+            continue;
+        };
         let n = d.radius.len();
         if d.position.len() != n || d.velocity.len() != n {
-            return Err("droplets have unequal numbers of positions, velocities and radii".to_owned());
+            return Err(format!(
+                "{name} have unequal numbers of positions, velocities and radii"
+            ));
         }
         if n > MAX_DROPLETS {
-            return Err(format!("{n} droplets; at most {MAX_DROPLETS} can be recorded"));
+            return Err(format!("{n} {name}; at most {MAX_DROPLETS} can be recorded"));
         }
     }
     match frame.bodies.as_ref().map(Vec::len) {
@@ -338,10 +343,15 @@ fn copy_frame(frame: &Frame, channels: Channels, out: &mut Frame) {
     copy(frame.velocity.as_ref(), out.velocity.as_mut());
     copy(frame.displacement.as_ref(), out.displacement.as_mut());
     copy(frame.foam.as_ref(), out.foam.as_mut());
-    if let (Some(from), Some(to)) = (&frame.droplets, &mut out.droplets) {
-        to.position.extend_from_slice(&from.position);
-        to.velocity.extend_from_slice(&from.velocity);
-        to.radius.extend_from_slice(&from.radius);
+    for (from, to) in [
+        (&frame.droplets, &mut out.droplets),
+        (&frame.particles, &mut out.particles),
+    ] {
+        if let (Some(from), Some(to)) = (from, to) {
+            to.position.extend_from_slice(&from.position);
+            to.velocity.extend_from_slice(&from.velocity);
+            to.radius.extend_from_slice(&from.radius);
+        }
     }
     if let (Some(from), Some(to)) = (&frame.bodies, &mut out.bodies) {
         to.extend_from_slice(from);

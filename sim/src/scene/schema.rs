@@ -365,6 +365,10 @@ const EVENT: &[Variant] = &[
         ],
     ),
     variant(
+        "tilt",
+        &[required("time", TIME), required("gravity", solver::ACCELERATION)],
+    ),
+    variant(
         "sweep",
         &[
             required("start", TIME),

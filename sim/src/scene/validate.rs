@@ -396,7 +396,8 @@ fn times(d: &Description, event: &Event, k: usize, report: &mut Report) {
         Event::Drop { time, .. }
         | Event::Press { time, .. }
         | Event::Push { time, .. }
-        | Event::Shove { time, .. } => ("time", time, None),
+        | Event::Shove { time, .. }
+        | Event::Tilt { time, .. } => ("time", time, None),
         Event::Sweep { start, end, .. } | Event::Drag { start, end, .. } => ("start", start, Some(end)),
         Event::Rain { start, end, .. } | Event::Inflow { start, end, .. } => ("start", start, end),
     };
@@ -444,7 +445,7 @@ pub(super) fn places(d: &Description, grid: &GridSpec, report: &mut Report) {
             Event::Sweep { from, to, radius, .. } => {
                 check(&at, "from", from.min(to) - radius, from.max(to) + radius)
             }
-            Event::Rain { .. } | Event::Drag { .. } | Event::Shove { .. } => {}
+            Event::Rain { .. } | Event::Drag { .. } | Event::Shove { .. } | Event::Tilt { .. } => {}
         }
     }
 }

@@ -139,6 +139,7 @@ pub(crate) fn apply<E: Exchange + ?Sized>(
         } => push(water, spec, position, radius, velocity),
         // Bodies take these, see `floats`.
         Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => Ok(()),
+        Action::Tilt { .. } => Err(EventError::upright("shallow-water")),
     }
 }
 

@@ -20,8 +20,10 @@ use crate::grid::{Grid, GridSpec};
 #[cfg(feature = "bodies")]
 use crate::scene::Scene;
 use crate::solver::{Extra, Solver, StepError, StepReport};
+use crate::stages::Stages;
 use glam::Vec2;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// How far a step's fastest signal may pass the Courant number that the step was chosen for before it is taken again.
 const TOLERATED: f64 = 1.1;
@@ -73,6 +75,7 @@ pub struct ShallowWater {
     speed: Option<f64>,
     floats: Floats,
     bed: Option<MovingBed>,
+    stages: Stages,
 }
 
 impl ShallowWater {
@@ -109,6 +112,7 @@ impl ShallowWater {
             speed: None,
             floats: Floats::default(),
             bed,
+            stages: Stages::default(),
         })
     }
 
@@ -373,6 +377,9 @@ impl Solver for ShallowWater {
             None => scheme!(&mut self.core, s => s.probe(start)),
         };
         let mut retries = 0;
+        self.stages.clear();
+        let mut clock = Instant::now();
+        let (has_eddies, has_bodies) = (self.settings.smagorinsky > 0.0, self.floats.poses().is_some());
         while done < dt {
             let left = dt - done;
             let mut longest = self.stable_step(speed).min(self.floats.largest_step(spacing));
@@ -391,12 +398,23 @@ impl Solver for ShallowWater {
             }
             let step = left / needed;
             self.move_bed(self.time + 0.5 * step);
-            match scheme!(&mut self.core, s => s.try_step(self.time, step, courant, TOLERATED)) {
+            if self.bed.is_some() {
+                self.stages.lap("moving ground", &mut clock);
+            }
+            let stepped = scheme!(&mut self.core, s => s.try_step(self.time, step, courant, TOLERATED));
+            self.stages.lap("flow", &mut clock);
+            match stepped {
                 Ok(stepped) => {
                     let (time, spec) = (self.time, self.spec);
                     each!(&mut self.core, c => c.mix_eddies(step));
+                    if has_eddies {
+                        self.stages.lap("eddies", &mut clock);
+                    }
                     each!(&mut self.core, c => self.floats.follow(c, &spec, time, step))
                         .map_err(StepError::from)?;
+                    if has_bodies {
+                        self.stages.lap("bodies", &mut clock);
+                    }
                     speed = stepped.speed;
                     largest = largest.max(stepped.signal * step / spacing);
                     done = if needed <= 1.0 { dt } else { done + step };
@@ -410,6 +428,7 @@ impl Solver for ShallowWater {
                             let film = c.film();
                             splash.step(c, film, level, step)
                         });
+                        self.stages.lap("splashes", &mut clock);
                     }
                 }
                 Err(Refusal::TooFast(faster)) if retries < RETRIES => {
@@ -441,12 +460,18 @@ impl Solver for ShallowWater {
             }
         }
         self.speed = Some(speed);
+        let report = self.state_report(speed);
+        self.stages.lap("totals", &mut clock);
         Ok(StepReport {
             substeps: u32::try_from(substeps).unwrap_or(u32::MAX),
             courant: largest,
             clamps: clamps + self.floats.clamps() - clamped_bodies,
-            ..self.state_report(speed)
+            ..report
         })
+    }
+
+    fn stages(&self) -> &[(&'static str, f64)] {
+        self.stages.as_slice()
     }
 
     fn extract(&self, want: Channels, out: &mut Frame) {

@@ -6,6 +6,8 @@ use crate::frame::{Channels, Frame};
 use crate::scene::Scene;
 use crate::scene::description::Object;
 use crate::solver::{Solver, StepError, StepReport};
+use crate::stages::Stages;
+use std::time::Instant;
 
 /// Share of a frame's duration below which two moments count as the same: steps are `f32`, so the solver's clock is
 /// off by their rounding (and corrected by the next step).
@@ -30,6 +32,7 @@ pub struct LiveSource {
     acted: Vec<(f64, Action)>,
     /// What is to be sent again, in order of time, the next one last.
     again: Vec<(f64, Action)>,
+    stages: Stages,
 }
 
 impl LiveSource {
@@ -49,6 +52,7 @@ impl LiveSource {
             pending: Vec::new(),
             acted: Vec::new(),
             again: Vec::new(),
+            stages: Stages::default(),
         }
     }
 
@@ -97,6 +101,11 @@ impl LiveSource {
         self.solver.as_ref()
     }
 
+    /// Where the time of the latest frame went: the solver's stages, and making a frame of its state; named, with seconds.
+    pub fn stages(&self) -> &[(&'static str, f64)] {
+        self.stages.as_slice()
+    }
+
     /// Acts on the water now, at the time of the latest frame: for a pointer in a window.
     ///
     /// # Errors
@@ -114,7 +123,9 @@ impl LiveSource {
         if dt <= SAME_MOMENT / self.rate {
             return Ok(());
         }
+        let mut clock = Instant::now();
         let report = self.solver.advance(dt as f32)?;
+        self.stages.of(&*self.solver, &mut clock);
         *total = Some(match total.take() {
             Some(before) => merge(before, report),
             None => report,
@@ -150,6 +161,7 @@ impl FrameSource for LiveSource {
             return Ok(Progress::End);
         }
         let time = self.next as f64 / self.rate;
+        self.stages.clear();
         let report = if self.next == 0 {
             self.solver.report()
         } else {
@@ -161,6 +173,7 @@ impl FrameSource for LiveSource {
                 }
             }
         };
+        let mut clock = Instant::now();
         let poses = self.channels() - self.solver.offers();
         self.solver.extract(self.channels - poses, out);
         if poses.contains(Channels::BODIES) {
@@ -169,6 +182,7 @@ impl FrameSource for LiveSource {
         out.time = time;
         out.index = self.next;
         out.check_finite()?;
+        self.stages.lap("frame", &mut clock);
         self.next += 1;
         Ok(Progress::Frame(Some(report)))
     }

@@ -238,26 +238,46 @@ impl WallTable {
         (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
     }
 
+    /// Distance in metres beyond which walls fill nothing.
+    pub(crate) fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// Friction per viscosity beside a wall, 1/m²: the mirrored layer moves against the water as the water against the wall.
+    fn friction(&self, distance: f32, slope: f32) -> f32 {
+        slope.abs() / distance.max(0.25 * self.spacing)
+    }
+
+    /// What one boundary at `distance` adds to the gradient of the share, where all together fill `share` of the kernel, and
+    /// its friction.
+    pub(crate) fn part(&self, distance: f32, normal: Vec3, share: f32) -> (Vec3, f32) {
+        let (own, slope) = self.at(distance);
+        let others = (1.0 - share) / (1.0 - own).max(LEAST_FREE);
+        (others * slope * normal, self.friction(distance, slope))
+    }
+
     /// What `boundary` does to a particle at `p`; nothing if none is near. `sticks` adds friction. Of flat walls only
     /// friction counts where there are `mirrors` of them.
     pub(crate) fn touch(&self, boundary: &Boundary, p: Vec3, sticks: bool, mirrors: bool) -> Touch {
         let mut meeting = Meeting::new();
         let (mut drag, mut dragged) = (0.0, Vec3::ZERO);
-        let mut add = |distance: f32, normal: Vec3, velocity: Vec3, mirrored: bool, opposite: bool| {
-            let (share, slope) = self.at(distance);
-            if !mirrored {
-                if !opposite {
-                    meeting.close();
+        let mut add =
+            |distance: f32, normal: Vec3, velocity: Vec3, floats: bool, mirrored: bool, opposite: bool| {
+                let (share, slope) = self.at(distance);
+                if !mirrored {
+                    if !opposite {
+                        meeting.close();
+                    }
+                    // How a body moves that the water moves is found with the pressure.
+                    let known = if floats { Vec3::ZERO } else { velocity };
+                    meeting.open.add(distance, share, slope, normal, known);
                 }
-                meeting.open.add(distance, share, slope, normal, velocity);
-            }
-            if sticks {
-                // The mirrored layer moves against the water as the water against the wall.
-                let friction = slope.abs() / distance.max(0.25 * self.spacing);
-                drag += friction;
-                dragged += friction * velocity;
-            }
-        };
+                if sticks {
+                    let friction = self.friction(distance, slope);
+                    drag += friction;
+                    dragged += friction * velocity;
+                }
+            };
         let flat = |normal: Vec3| match boundary.ground {
             // Upright normals are those of the ground; a slope that is level somewhere is no plane of symmetry.
             Ground::Heights(_) if normal.y != 0.0 => false,
@@ -269,6 +289,7 @@ impl WallTable {
                 distance,
                 normal,
                 Vec3::ZERO,
+                false,
                 mirrors && flat(normal),
                 normal == -before,
             );
@@ -276,7 +297,7 @@ impl WallTable {
         });
         for obstacle in &boundary.obstacles {
             if let Some((distance, normal, velocity)) = obstacle.near(p, self.reach) {
-                add(distance, normal, velocity, false, false);
+                add(distance, normal, velocity, obstacle.floats, false, false);
             }
         }
         meeting.close();

@@ -2,6 +2,7 @@
 
 use glam::{UVec3, Vec3, Vec4};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Cells a grid may have for each particle, beside [`FEWEST`]; beyond it the outermost cells grow instead.
 const CELLS_A_PARTICLE: usize = 16;
@@ -105,12 +106,13 @@ impl Cells {
         std::mem::swap(values, spare);
     }
 
-    /// Calls `run` with ranges of particles, in order, that hold all within a width of `p`.
+    /// Ranges of particles, in order, that hold all within a width of `p`.
     #[inline]
-    pub(crate) fn runs_around(&self, p: Vec3, mut run: impl FnMut(std::ops::Range<usize>)) {
+    pub(crate) fn runs_around(&self, p: Vec3) -> Runs {
         let c = coordinates(p, self.low, self.inverse, self.size);
         let column = |x: f32| (((x - self.low.x) * self.inverse.x) as u32).min(self.size.x - 1);
-        let rows = |c: u32, size: u32| c.saturating_sub(1)..=(c + 1).min(size - 1);
+        let rows = |c: u32, size: u32| c.saturating_sub(1)..(c + 2).min(size);
+        let mut runs = Runs::default();
         for y in rows(c.y, self.size.y) {
             let dy = self.gap(p.y - self.low.y, y, c.y);
             for z in rows(c.z, self.size.z) {
@@ -123,11 +125,11 @@ impl Cells {
                 let row = (y * self.size.z + z) * self.size.x;
                 let from = self.start[(row + column(p.x - half)) as usize];
                 let to = self.start[(row + column(p.x + half) + 1) as usize];
-                if from < to {
-                    run(from as usize..to as usize);
-                }
+                runs.list[runs.count] = (from, to);
+                runs.count += usize::from(from < to);
             }
         }
+        runs
     }
 
     /// Distance of row `k` from what stands `x` from the first one's side, in row `own`. The outermost rows go on for ever.
@@ -143,6 +145,22 @@ impl Cells {
 
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.start.capacity() + self.cell.capacity() + self.order.capacity())
+    }
+}
+
+/// Ranges of particles about a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Runs {
+    /// One place more than there are rows, since the next range is written before it is known to hold any.
+    list: [(u32, u32); 10],
+    count: usize,
+}
+
+impl Runs {
+    #[inline(always)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Range<usize>> {
+        let runs = self.list.iter().take(self.count);
+        runs.map(|&(from, to)| from as usize..to as usize)
     }
 }
 
@@ -192,9 +210,9 @@ mod tests {
             let near = |q: &Vec4| p.distance_squared(*q) < width * width;
             let expected = positions.iter().filter(|q| near(q)).count();
             let mut found = 0;
-            cells.runs_around(p.truncate(), |run| {
+            for run in cells.runs_around(p.truncate()).iter() {
                 found += positions[run].iter().filter(|q| near(q)).count();
-            });
+            }
             assert_eq!(found, expected);
         }
     }

@@ -11,7 +11,6 @@
 //! kept; and removing D v is an orthogonal projection, which cannot raise the energy.
 
 use super::boundary::Touch;
-use super::neighbours::Near;
 use glam::{Mat3, Vec3, Vec4};
 
 /// Least eigenvalue of M that is inverted: beyond it too few neighbours are left to say what is linear.
@@ -33,23 +32,15 @@ pub(crate) struct Local {
 }
 
 impl Local {
-    /// L x.
-    #[inline]
-    pub(crate) fn correct(&self, x: Vec4) -> Vec3 {
-        Vec3::new(self.rows[0].dot(x), self.rows[1].dot(x), self.rows[2].dot(x))
+    /// L x. L is symmetric; the fourth component is 0.
+    #[inline(always)]
+    pub(crate) fn correct(&self, x: Vec4) -> Vec4 {
+        x.x * self.rows[0] + x.y * self.rows[1] + x.z * self.rows[2]
     }
 }
 
-/// L of the particle of `near`, from the positions of particles and images.
-pub(crate) fn rows(near: &Near<'_>, place: &[Vec4], touch: &Touch) -> [Vec4; 3] {
-    let p = place[near.i];
-    let mut m = [Vec4::ZERO; 3];
-    for (j, g) in near.pairs() {
-        let x = p - place[j];
-        m[0] -= x.x * g;
-        m[1] -= x.y * g;
-        m[2] -= x.z * g;
-    }
+/// L of a particle whose neighbours give the moment M = `m`.
+pub(crate) fn rows(mut m: [Vec4; 3], touch: &Touch) -> [Vec4; 3] {
     // A curved wall acts as water mirrored at distance z: it sees the velocity along its normal, which is 0 at it.
     let n = touch.arm;
     m[0] -= n.x * touch.gradient.extend(0.0);

@@ -13,8 +13,9 @@
 
 use super::correction::{self, Local};
 use super::fluid::{Fluid, Stepped, TASK};
+use super::kernel::CubicSpline;
+use super::neighbours::Shape;
 use super::pressure::{System, inverse_diagonal};
-use glam::Vec4;
 use rayon::prelude::*;
 
 /// Share of the compression that a step removes, and the most that it does: particles put inside each other move apart
@@ -23,6 +24,10 @@ const SHARE: f32 = 0.5;
 const GENTLE: f32 = 0.02;
 /// Smallest diagonal of the systems, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
+/// Share of the tolerance at which a run of the velocities may end: at a half, still water moves and its pressure is off by
+/// more than it may. Displacements need no more than their tolerance.
+const ENOUGH: f64 = 0.2;
+const CLOSE: f64 = 0.9;
 /// Farthest displacement in particle spacings.
 const FARTHEST: f32 = 0.25;
 
@@ -32,53 +37,80 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     let volume = d * d * d;
     let kernel = fluid.kernel;
     let soft = 0.01 * kernel.support() * kernel.support();
-    // Fourth value: the weight of the viscous force (see `viscosity`).
-    fluid.find_neighbours(|x, r2| {
-        let factor = volume * kernel.gradient_factor(r2.sqrt().max(1e-3 * d));
-        (factor * x).extend(10.0 / (-factor).max(1e-20) / (r2 + soft))
-    });
-    let work = &mut fluid.work;
-    let (place, touch, own) = (&work.place, &work.touch, volume * kernel.at(0.0));
+    let shape = Pair {
+        kernel,
+        volume,
+        soft,
+        least: (1e-3 * d).powi(2),
+    };
+    let (n, work) = (fluid.particles.position.len(), &mut fluid.work);
+    let (touch, own) = (&work.touch, volume * kernel.at(0.0));
     let reach = fluid.kernel.depth_of_gradient(d);
-    fluid.neighbours.map(&mut work.local, |near| {
-        let p = place[near.i];
-        let touch = &touch[near.i];
-        let (mut density, mut sum) = (own, Vec4::ZERO);
-        for (j, g) in near.pairs() {
-            density += volume * kernel.at((p - place[j]).truncate().length());
-            sum += g;
-        }
-        let sum = sum.truncate() + touch.gradient;
-        density += touch.share;
-        Local {
-            rows: correction::rows(&near, place, touch),
-            sum,
-            density,
-            filled: density + reach * sum.length(),
-            inverse: [0.0; 2],
-        }
-    });
-    let (mirrors, n) = (&fluid.mirrors, work.local.len());
-    let local = &work.local;
-    fluid.neighbours.pair_with(|i, j, g| {
-        let (source, sign) = mirrors.behind(j, n);
-        let other = sign * local[source].correct((sign * g.truncate()).extend(0.0));
-        [local[i].correct(g).extend(0.0), other.extend(0.0)]
-    });
+    let cells = [&fluid.cells, &fluid.mirrors.cells];
+    let (place, local) = (&work.place, &mut work.local[..n]);
+    fluid
+        .neighbours
+        .find(cells, place, kernel.support(), shape, local, |i, sums| {
+            let touch = &touch[i];
+            let sum = sums.gradient.truncate() + touch.gradient;
+            let density = own + sums.density + touch.share;
+            Local {
+                rows: correction::rows(sums.moment, touch),
+                sum,
+                density,
+                filled: density + reach * sum.length(),
+                inverse: [0.0; 2],
+            }
+        });
+    let (mirrors, local) = (&fluid.mirrors, &work.local);
     let least = LEAST_DIAGONAL / (d * d);
-    fluid.neighbours.map(&mut work.inverse, |near| {
-        inverse_diagonal(&near, &local[near.i], least)
-    });
+    fluid.neighbours.pair_with(
+        |i, j, g| {
+            let own = local[i].correct(g);
+            let other = if j < n {
+                local[j].correct(g)
+            } else {
+                let (source, sign) = mirrors.behind(j, n);
+                let sign = sign.extend(0.0);
+                sign * local[source].correct(sign * g)
+            };
+            [own, other]
+        },
+        &mut work.inverse,
+        |i, squares| inverse_diagonal(squares, &local[i], least),
+    );
     for ((local, inverse), density) in work.local.iter_mut().zip(&work.inverse).zip(&mut work.density) {
         local.inverse = *inverse;
         *density = local.density;
     }
 }
 
+/// What the solvers need of a pair. The value beside g is the weight of the viscous force (see `viscosity`).
+#[derive(Clone, Copy)]
+struct Pair {
+    kernel: CubicSpline,
+    volume: f32,
+    soft: f32,
+    /// Squared distance below which the kernel is flat.
+    least: f32,
+}
+
+impl Shape for Pair {
+    #[inline(always)]
+    fn of(&self, square: f32) -> [f32; 3] {
+        let r = square.max(self.least).sqrt();
+        let factor = self.volume * self.kernel.gradient_factor(r);
+        let weight = 10.0 / ((-factor).max(1e-20) * (square + self.soft));
+        [factor, weight, self.volume * self.kernel.at(r)]
+    }
+}
+
 /// Makes the velocities in `work.flow` free of compression.
 pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let n = fluid.len();
+    let mass = fluid.particle_mass();
     let work = &mut fluid.work;
+    fluid.floating.carried(true, n, &mut work.buffers.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -86,11 +118,13 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         touch: &work.touch,
         corrected: true,
         gain: dt * dt,
+        floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
+        enough: ENOUGH,
     };
-    let flow = &work.flow;
+    let (flow, carried) = (&work.flow, &work.buffers.carried);
     work.buffers.source.resize(n, 0.0);
     fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let rate = system.rate(&near, flow) - system.moving(near.i);
+        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
         (work.local[near.i].filled - 1.0).min(0.0) + dt * rate
     });
     let tolerance = fluid.settings.velocity_tolerance(dt);
@@ -101,6 +135,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         .zip(&work.buffers.acceleration)
         .for_each(|(v, a)| *v += dt * *a);
     fluid.mirrors.extend_vectors(&mut work.flow, n);
+    fluid.floating.push(&work.buffers.carried, dt);
     stepped.iterations[1] = iterations;
     stepped.divergence = left / f64::from(dt);
     stepped.stalled |= left > tolerance;
@@ -111,6 +146,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let n = fluid.len();
     let work = &mut fluid.work;
+    fluid.floating.carried(false, n, &mut work.buffers.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -118,11 +154,13 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         touch: &work.touch,
         corrected: false,
         gain: 1.0,
+        floating: None,
+        enough: CLOSE,
     };
-    let flow = &work.flow;
+    let (flow, carried) = (&work.flow, &work.buffers.carried);
     fluid.neighbours.map(&mut work.buffers.source, |near| {
         let over = work.local[near.i].density - 1.0;
-        let rate = system.rate(&near, flow) - system.moving(near.i);
+        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
         (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) + dt * rate
     });
     let tolerance = fluid.settings.density_tolerance;

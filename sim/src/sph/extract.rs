@@ -10,6 +10,7 @@
 
 use super::boundary::{Boundary, Outline};
 use super::fluid::Fluid;
+use super::mirrors::{Inner, mirror};
 use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
 use glam::{Vec2, Vec3, Vec4};
@@ -17,19 +18,23 @@ use rayon::prelude::*;
 
 /// Radius h of the potential in particle spacings.
 const RADIUS: f32 = 2.0;
+/// Width of a bin in particle spacings: wider ones share their candidates among more columns, but not all are near each.
+const BIN: f32 = 2.0;
 /// Radius of the sphere that holds a particle's water, in spacings: (3/4π)^⅓.
 const DROPLET: f32 = 0.620_35;
 /// Samples by which the surface continues below the shore.
 const SHORE: usize = 3;
 /// Candidates are kept in whole groups of this many, which one evaluation takes side by side.
 const LANES: usize = 8;
+/// Secants of a fast root.
+const FAST: usize = 5;
 /// Where the candidates stand that fill up a group: out of everyone's reach.
 const NOWHERE: f32 = 1e15;
 
 /// How the crossing is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Root {
-    /// Steps of half a spacing, then three secants: within about 1e-3 of a spacing.
+    /// Steps of half a spacing, then up to five secants: within a few 1e-3 of a spacing.
     Fast,
     /// Steps of an eighth of a spacing, then to the precision of the numbers.
     Exact,
@@ -59,7 +64,7 @@ pub struct Extractor {
 impl Extractor {
     /// For particles of that `spacing`, on the samples of `spec`.
     pub fn new(spec: GridSpec, spacing: f32, root: Root) -> Self {
-        let columns = ((spacing / spec.spacing).round() as usize).max(1);
+        let columns = ((BIN * spacing / spec.spacing).round() as usize).max(1);
         let radius = RADIUS * spacing;
         let width = spec.spacing * columns as f32;
         Self {
@@ -89,6 +94,11 @@ impl Extractor {
         self.radius
     }
 
+    /// Radius in metres of the sphere that holds a particle's water.
+    pub fn droplet(&self) -> f32 {
+        DROPLET * self.spacing
+    }
+
     /// Writes surface and wanted channels of `fluid` to `out`, over ground of these heights. With `all`, every
     /// particle is a droplet of the frame, not only those clear of the surface.
     pub fn extract(&mut self, fluid: &Fluid, ground: &Grid<f32>, want: Channels, all: bool, out: &mut Frame) {
@@ -103,7 +113,7 @@ impl Extractor {
                 if all || p.y - 0.5 * self.spacing > self.highest_near(elevation, p) {
                     droplets.position.push(p);
                     droplets.velocity.push(v.truncate());
-                    droplets.radius.push(DROPLET * self.spacing);
+                    droplets.radius.push(self.droplet());
                 }
             }
         }
@@ -160,8 +170,8 @@ impl Extractor {
         }
         for b in 0..bins {
             let run = &mut self.sorted[self.start[b] as usize..self.start[b + 1] as usize];
-            // Equal heights in the order of the particles, which is the same for any number of threads.
-            run.sort_by(|p, q| q.y.total_cmp(&p.y));
+            // Of equal heights any order will do: it is the same for any number of threads.
+            run.sort_unstable_by(|p, q| q.y.total_cmp(&p.y));
         }
     }
 
@@ -174,13 +184,19 @@ impl Extractor {
             .enumerate()
             .for_each_init(Candidates::default, |candidates, (bz, out)| {
                 out.fill(f32::NEG_INFINITY);
-                for bx in 0..self.bins[0] {
-                    self.search_bin(bx, bz, boundary, ground, candidates, out);
-                }
+                pulp::Arch::new().dispatch(Row {
+                    from: self,
+                    bz,
+                    boundary,
+                    ground,
+                    candidates,
+                    out,
+                });
             });
     }
 
     /// Heights of the columns of one bin. `out` holds the rows of the bin.
+    #[inline(always)]
     fn search_bin(
         &self,
         bx: usize,
@@ -206,7 +222,6 @@ impl Extractor {
                 candidates.columns.push(Column {
                     at: self.spec.position(i, j),
                     out: (j - j_range.start) * width + i,
-                    before: 0.0,
                     found: false,
                 });
             }
@@ -223,8 +238,9 @@ impl Extractor {
         while open > 0 && y > lowest {
             y = (y - step).max(lowest);
             candidates.take_down_to(y - h, y + h + step, tile, self, boundary);
-            // No more than one of each particle within reach.
-            if (candidates.count as f32) < self.level {
+            // No column has more than this, nor will before the next particle is within reach.
+            if candidates.most() < self.level {
+                y = y.min(candidates.next(self) + h);
                 continue;
             }
             for c in 0..candidates.columns.len() {
@@ -234,26 +250,26 @@ impl Extractor {
                 }
                 let value = candidates.potential(column.at, y, h);
                 if value >= self.level {
-                    let height = self.root(candidates, column, y, step, value);
-                    out[column.out] = height;
+                    out[column.out] = self.root(candidates, column, y, step, value);
                     candidates.columns[c].found = true;
                     open -= 1;
-                } else {
-                    candidates.columns[c].before = value;
                 }
             }
         }
     }
 
     /// The crossing between `y` and `y + step`, by regula falsi (Illinois).
+    #[inline(always)]
     fn root(&self, candidates: &mut Candidates, column: Column, y: f32, step: f32, value: f32) -> f32 {
         candidates.narrow(column.at, self.radius);
         let (most, close) = match self.root {
-            Root::Fast => (3, 1e-3 * self.spacing),
+            Root::Fast => (FAST, 2e-3 * self.spacing),
             Root::Exact => (60, 1e-6 * self.spacing),
         };
         let (mut low, mut f_low) = (y, value - self.level);
-        let (mut high, mut f_high) = (y + step, column.before - self.level);
+        // A step that ends at the ground may begin above a surface thinner than itself, which then is what is found.
+        let above = candidates.narrowed(y + step, self.radius) - self.level;
+        let (mut high, mut f_high) = (y + step, above.min(-f32::MIN_POSITIVE));
         let mut at = low;
         for _ in 0..most {
             let next = low + (high - low) * (f_low / (f_low - f_high));
@@ -286,16 +302,20 @@ impl Extractor {
 
     /// Mean horizontal velocity over the particles about each column.
     fn flows(&mut self, fluid: &Fluid, depth: &Grid<f32>, out: &mut Grid<Vec2>) {
-        let [nx, nz] = self.bins;
+        let side = (self.spacing / self.spec.spacing).round().max(1.0);
+        let bins = |columns: usize| columns.div_ceil(side as usize);
+        let [nx, nz] = [bins(self.spec.width()), bins(self.spec.height())];
         self.flow.clear();
         self.flow.resize(nx * nz, [0.0; 3]);
-        for (v, &b) in fluid.velocities().iter().zip(&self.bin) {
-            let flow = &mut self.flow[b as usize];
+        for (p, v) in fluid.positions().iter().zip(fluid.velocities()) {
+            let g = (self.spec.to_grid(Vec2::new(p.x, p.z)) + 0.5) / side;
+            // Conversion saturates at 0.
+            let bin = (g.y as usize).min(nz - 1) * nx + (g.x as usize).min(nx - 1);
+            let flow = &mut self.flow[bin];
             flow[0] += v.x;
             flow[1] += v.z;
             flow[2] += 1.0;
         }
-        let side = self.columns as f32;
         for j in 0..self.spec.height() {
             for i in 0..self.spec.width() {
                 out[(i, j)] = Vec2::ZERO;
@@ -330,14 +350,34 @@ impl Extractor {
     }
 }
 
+/// A row of bins under search.
+struct Row<'a> {
+    from: &'a Extractor,
+    bz: usize,
+    boundary: &'a Boundary,
+    ground: &'a Grid<f32>,
+    candidates: &'a mut Candidates,
+    out: &'a mut [f32],
+}
+
+impl pulp::WithSimd for Row<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        for bx in 0..self.from.bins[0] {
+            self.from
+                .search_bin(bx, self.bz, self.boundary, self.ground, self.candidates, self.out);
+        }
+    }
+}
+
 /// One column of a bin under search.
 #[derive(Clone, Copy, Debug)]
 struct Column {
     at: Vec2,
     /// Where its height goes.
     out: usize,
-    /// Potential one step higher.
-    before: f32,
     found: bool,
 }
 
@@ -347,6 +387,8 @@ struct Candidates {
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
+    /// The most that each adds to the potential of any column of the tile.
+    weight: Vec<f32>,
     /// Entries that are particles.
     count: usize,
     /// Next particle of each bin about, and the end of the bin.
@@ -355,6 +397,8 @@ struct Candidates {
     /// Of one column: 1 − ρ²/h² and height.
     near: Vec<f32>,
     near_y: Vec<f32>,
+    /// How many of them there are, filled up to whole groups.
+    narrowed: usize,
 }
 
 impl Candidates {
@@ -385,6 +429,7 @@ impl Candidates {
 
     /// Drops what is above `high` and takes up the particles not below `low` that are within reach of the columns
     /// between the corners `tile`, with their mirror images.
+    #[inline(always)]
     fn take_down_to(
         &mut self,
         low: f32,
@@ -394,18 +439,17 @@ impl Candidates {
         boundary: &Boundary,
     ) {
         let h = from.radius;
-        let mut kept = 0;
-        for k in 0..self.count {
-            if self.y[k] < high {
-                self.x[kept] = self.x[k];
-                self.y[kept] = self.y[k];
-                self.z[kept] = self.z[k];
-                kept += 1;
-            }
+        // Written before it is known whether they stay, without branches that are a matter of chance.
+        let (n, mut kept) = (self.count, 0);
+        let (xs, ys, zs) = (&mut self.x[..n], &mut self.y[..n], &mut self.z[..n]);
+        let weights = &mut self.weight[..n];
+        for k in 0..n {
+            let keeps = ys[k] < high;
+            (xs[kept], ys[kept], zs[kept], weights[kept]) = (xs[k], ys[k], zs[k], weights[k]);
+            kept += usize::from(keeps);
         }
-        for list in [&mut self.x, &mut self.y, &mut self.z] {
-            list.truncate(kept);
-        }
+        self.count = kept;
+        let inner = Inner::new(boundary, h);
         let mut runs = std::mem::take(&mut self.runs);
         for run in &mut runs {
             while run.0 < run.1 && from.sorted[run.0].y >= low {
@@ -414,34 +458,67 @@ impl Candidates {
                 if p.y >= high {
                     continue;
                 }
-                self.push(p, tile, h);
-                mirror(boundary, p, h, |image| self.push(image, tile, h));
+                let near = self.push(p, tile, h);
+                // Images in upright planes are farther from what is before them than the particle itself.
+                if (near || boundary.outline == Outline::Round) && !inner.holds(p) {
+                    mirror(boundary, p, h, |image| {
+                        self.push(image, tile, h);
+                    });
+                }
             }
         }
         self.runs = runs;
-        self.count = self.y.len();
-        while !self.y.len().is_multiple_of(LANES) {
-            self.x.push(NOWHERE);
-            self.y.push(NOWHERE);
-            self.z.push(NOWHERE);
+        let end = self.count.next_multiple_of(LANES);
+        self.room(end);
+        for list in [&mut self.x, &mut self.y, &mut self.z] {
+            list[self.count..end].fill(NOWHERE);
         }
     }
 
-    fn push(&mut self, p: Vec3, tile: (Vec2, Vec2), h: f32) {
-        let at = Vec2::new(p.x, p.z);
-        if at.distance_squared(at.clamp(tile.0, tile.1)) < h * h {
-            self.x.push(p.x);
-            self.y.push(p.y);
-            self.z.push(p.z);
+    /// Makes room for `len` entries.
+    fn room(&mut self, len: usize) {
+        if self.x.len() < len {
+            for list in [&mut self.x, &mut self.y, &mut self.z, &mut self.weight] {
+                list.resize(2 * len, NOWHERE);
+            }
         }
+    }
+
+    /// Takes up `p` if it is within reach of the tile, and returns whether it is.
+    #[inline(always)]
+    fn push(&mut self, p: Vec3, tile: (Vec2, Vec2), h: f32) -> bool {
+        let at = Vec2::new(p.x, p.z);
+        let left = 1.0 - at.distance_squared(at.clamp(tile.0, tile.1)) / (h * h);
+        self.room(self.count + 1);
+        let k = self.count;
+        (self.x[k], self.y[k], self.z[k]) = (p.x, p.y, p.z);
+        self.weight[k] = left.max(0.0).sqrt();
+        self.count += usize::from(left > 0.0);
+        left > 0.0
+    }
+
+    /// The most that the potential of a column of the tile can be.
+    #[inline(always)]
+    fn most(&self) -> f32 {
+        self.weight[..self.count].iter().sum()
+    }
+
+    /// Height of the highest particle not taken up yet, −∞ if there is none.
+    fn next(&self, from: &Extractor) -> f32 {
+        let heads = self.runs.iter().filter(|run| run.0 < run.1);
+        heads.fold(f32::NEG_INFINITY, |top, run| top.max(from.sorted[run.0].y))
     }
 
     /// φ at height `y` of a column.
+    #[inline(always)]
     fn potential(&self, at: Vec2, y: f32, h: f32) -> f32 {
         let scale = 1.0 / (h * h);
         let mut sums = [0.0_f32; LANES];
-        let groups = self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES));
-        for ((px, py), pz) in groups.zip(self.z.chunks_exact(LANES)) {
+        let end = self.count.next_multiple_of(LANES);
+        let groups = self.x[..end]
+            .chunks_exact(LANES)
+            .zip(self.y[..end].chunks_exact(LANES));
+        for ((px, py), pz) in groups.zip(self.z[..end].chunks_exact(LANES)) {
             for k in 0..LANES {
                 let (dx, dy, dz) = (at.x - px[k], y - py[k], at.y - pz[k]);
                 sums[k] += (1.0 - scale * (dx * dx + dy * dy + dz * dz)).max(0.0).sqrt();
@@ -451,79 +528,39 @@ impl Candidates {
     }
 
     /// Keeps beside the candidates those of one column.
+    #[inline(always)]
     fn narrow(&mut self, at: Vec2, h: f32) {
         let scale = 1.0 / (h * h);
-        self.near.clear();
-        self.near_y.clear();
+        let room = self.count + LANES;
+        if self.near.len() < room {
+            self.near.resize(2 * room, 0.0);
+            self.near_y.resize(2 * room, 0.0);
+        }
+        let mut count = 0;
         for k in 0..self.count {
             let (dx, dz) = (at.x - self.x[k], at.y - self.z[k]);
             let left = 1.0 - scale * (dx * dx + dz * dz);
-            if left > 0.0 {
-                self.near.push(left);
-                self.near_y.push(self.y[k]);
-            }
+            (self.near[count], self.near_y[count]) = (left, self.y[k]);
+            count += usize::from(left > 0.0);
         }
-        while !self.near.len().is_multiple_of(LANES) {
-            self.near.push(0.0);
-            self.near_y.push(NOWHERE);
-        }
+        self.narrowed = count.next_multiple_of(LANES);
+        self.near[count..self.narrowed].fill(0.0);
+        self.near_y[count..self.narrowed].fill(NOWHERE);
     }
 
     /// φ at height `y` of the column of [`Self::narrow`].
+    #[inline(always)]
     fn narrowed(&self, y: f32, h: f32) -> f32 {
         let scale = 1.0 / (h * h);
         let mut sums = [0.0_f32; LANES];
-        for (near, height) in self.near.chunks_exact(LANES).zip(self.near_y.chunks_exact(LANES)) {
+        let (near, height) = (&self.near[..self.narrowed], &self.near_y[..self.narrowed]);
+        for (near, height) in near.chunks_exact(LANES).zip(height.chunks_exact(LANES)) {
             for k in 0..LANES {
                 let dy = y - height[k];
                 sums[k] += (near[k] - scale * dy * dy).max(0.0).sqrt();
             }
         }
         sums.iter().sum()
-    }
-}
-
-/// Calls `image` with the mirror images of `p` in ground and walls nearer than `h`, and in both.
-fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
-    let mut images = [p; 16];
-    let mut count = 1;
-    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
-        for k in 0..count {
-            if count + k < images.len() {
-                images[count + k] = reflect(images[k]);
-            }
-        }
-        count = (2 * count).min(images.len());
-    };
-    if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
-        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
-    }
-    if boundary.outline == Outline::Round {
-        let centre = 0.5 * (boundary.low + boundary.high);
-        let radius = 0.5 * (boundary.high - boundary.low).min_element();
-        let away = Vec2::new(p.x, p.z) - centre;
-        if radius - away.length() < h && away.length() > 0.0 {
-            let scale = (2.0 * radius - away.length()) / away.length();
-            add(&|q| {
-                let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
-                Vec3::new(at.x, q.y, at.y)
-            });
-        }
-    } else {
-        let [x0, x1, z0, z1] = boundary.walls;
-        for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
-            if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
-            }
-        }
-        for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
-            if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
-            }
-        }
-    }
-    for &p in &images[1..count] {
-        image(p);
     }
 }
 

@@ -3,8 +3,9 @@
 use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
 use super::correction::Local;
+use super::floating::{Float, Floating};
 use super::kernel::{CubicSpline, Muller};
-use super::mirrors::Mirrors;
+use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
 use super::noise::{self, Gradient};
 use super::pressure::Buffers;
@@ -47,6 +48,7 @@ pub(crate) struct Work {
     /// Changes of velocity, then displacements.
     pub(crate) change: Vec<Vec4>,
     pub(crate) buffers: Buffers,
+    pub(crate) fields: mcg03::Fields,
     pub(crate) residual: Vec<Vec4>,
     pub(crate) direction: Vec<Vec4>,
     pub(crate) product: Vec<Vec4>,
@@ -82,6 +84,7 @@ pub struct Fluid {
     pub(crate) mirrors: Mirrors,
     pub(crate) neighbours: Neighbours,
     pub(crate) work: Work,
+    pub(crate) floating: Floating,
     /// The neighbours are those of the present positions.
     fresh: bool,
 }
@@ -101,6 +104,7 @@ impl Fluid {
             mirrors: Mirrors::default(),
             neighbours: Neighbours::default(),
             work: Work::default(),
+            floating: Floating::default(),
             fresh: false,
         }
     }
@@ -167,17 +171,40 @@ impl Fluid {
     /// weights of the kernel. What single particles have besides averages out within one spacing and moves nothing.
     pub fn pressure(&self, k: usize) -> f64 {
         let (place, pressure) = (&self.work.place, &self.particles.pressure);
-        let (Some(near), Some(&p)) = (self.neighbours.of(k), place.get(k)) else {
+        let images = self.mirrors.len();
+        // As many as there were when they were sorted last.
+        let Some(n) = place
+            .len()
+            .checked_sub(images)
+            .filter(|n| k < *n && *n <= pressure.len())
+        else {
             return 0.0;
         };
-        let own = self.kernel.at(0.0);
-        let (mut sum, mut weight) = (own * pressure[k], own);
-        for &j in near {
-            let w = self.kernel.at((p - place[j as usize]).truncate().length());
-            sum += w * pressure[self.mirrors.behind(j as usize, self.len()).0];
+        let p = place[k].truncate();
+        let (mut sum, mut weight) = (0.0, 0.0);
+        let mut add = |j: usize| {
+            let w = self.kernel.at((p - place[j].truncate()).length());
+            sum += w * pressure[self.mirrors.behind(j, n).0];
             weight += w;
+        };
+        self.cells.runs_around(p).iter().flatten().for_each(&mut add);
+        if images > 0 {
+            let beyond = self.mirrors.cells.runs_around(p);
+            beyond.iter().flatten().for_each(|j| add(n + j));
         }
         f64::from(sum / weight)
+    }
+
+    /// Pressure over rest density at a place, m²/s²: the mean over the particles about it with the weights of the kernel, 0
+    /// where there is none.
+    pub fn pressure_at(&self, at: Vec3) -> f64 {
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (p, &pressure) in self.particles.position.iter().zip(&self.particles.pressure) {
+            let w = f64::from(self.kernel.at((p.truncate() - at).length()));
+            sum += w * f64::from(pressure);
+            weight += w;
+        }
+        if weight > 0.0 { sum / weight } else { 0.0 }
     }
 
     /// Density over rest density at the positions before the last step.
@@ -203,6 +230,23 @@ impl Fluid {
     /// Moves obstacles.
     pub fn boundary_mut(&mut self) -> &mut Boundary {
         &mut self.boundary
+    }
+
+    /// Bodies that the water moves. Every step changes their velocities, and the caller moves them and their obstacles.
+    pub fn floats(&self) -> &[Float] {
+        &self.floating.floats
+    }
+
+    /// Says what the water moves; the obstacles named are no longer known by their own motion.
+    pub fn set_floats(&mut self, floats: impl IntoIterator<Item = Float>) {
+        self.floating.floats.clear();
+        self.floating.floats.extend(floats);
+        for body in &self.floating.floats {
+            if let Some(obstacle) = self.boundary.obstacles.get_mut(body.obstacle) {
+                obstacle.floats = true;
+            }
+        }
+        self.fresh = false;
     }
 
     /// Mass of a particle in kg.
@@ -235,7 +279,7 @@ impl Fluid {
     pub fn stable_step(&self) -> f64 {
         let mut speed = self.fastest();
         for obstacle in &self.boundary.obstacles {
-            speed = speed.max(obstacle.pose.velocity.length());
+            speed = speed.max(obstacle.fastest());
         }
         let pressure = &self.particles.pressure;
         let head = reduce::arg_max(pressure.len(), |k| f64::from(pressure[k])).map_or(0.0, |p| p.1);
@@ -249,6 +293,7 @@ impl Fluid {
         if self.fresh {
             return;
         }
+        let free = free(&self.boundary, self.settings.support());
         let (p, work) = (&mut self.particles, &mut self.work);
         self.cells.sort(&p.position, self.settings.support());
         self.cells.reorder(&mut p.position, &mut work.spare4);
@@ -271,7 +316,14 @@ impl Fluid {
             .par_iter_mut()
             .with_min_len(TASK)
             .zip(&p.position)
-            .for_each(|(touch, p)| *touch = table.touch(boundary, p.truncate(), sticks, mirrors));
+            .for_each(|(touch, p)| {
+                let p = p.truncate();
+                *touch = if free.as_ref().is_some_and(|free| free.holds(p)) {
+                    Touch::default()
+                } else {
+                    table.touch(boundary, p, sticks, mirrors)
+                };
+            });
         work.density.resize(n, 0.0);
         work.local.resize(n, Local::default());
         work.inverse.resize(n, [0.0; 2]);
@@ -280,19 +332,19 @@ impl Fluid {
             Model::Dfsph => dfsph::prepare(self),
             Model::Mcg03 => mcg03::prepare(self),
         }
+        let (work, positions) = (&self.work, &self.particles.position);
+        let share = |i: usize| work.touch[i].share;
+        self.floating
+            .find(&self.boundary, &self.table, positions, share, sticks);
+        if mirrors {
+            self.floating.correct(&work.local);
+        }
         self.fresh = true;
-    }
-
-    /// Lists the neighbours of all particles, with `pair` of each.
-    pub(crate) fn find_neighbours(&mut self, pair: impl Fn(Vec3, f32) -> Vec4 + Sync) {
-        let (n, support) = (self.particles.position.len(), self.settings.support());
-        let images = &self.mirrors.cells;
-        self.neighbours
-            .find(&self.cells, images, n, &self.work.place, support, pair);
     }
 
     /// Takes one sub-step of `dt` seconds, which the caller has kept below [`Self::stable_step`].
     pub fn step(&mut self, dt: f32) -> Stepped {
+        self.floating.fall(self.settings.gravity, dt);
         if self.is_empty() {
             return Stepped::default();
         }
@@ -303,6 +355,7 @@ impl Fluid {
         flow.extend_from_slice(&self.particles.velocity);
         self.mirrors.extend_vectors(&mut flow, n);
         self.work.flow = flow;
+        let mass = self.particle_mass();
         let stepped = match self.settings.model {
             Model::Dfsph => {
                 let mut stepped = Stepped::default();
@@ -318,15 +371,34 @@ impl Fluid {
                 dfsph::keep_density(self, dt, &mut stepped);
                 stepped
             }
-            Model::Mcg03 => mcg03::accelerate(self, dt),
+            Model::Mcg03 => {
+                let stepped = mcg03::accelerate(self, dt);
+                let (pressure, density) = (&self.particles.pressure, &self.work.density);
+                self.floating
+                    .react(mass, |i, gradient| 0.5 * dt * pressure[i] / density[i] * gradient);
+                stepped
+            }
         };
+        if self.settings.sticks && !self.floating.floats.is_empty() {
+            self.floating
+                .drag(&self.work.flow, mass, self.settings.viscosity * dt);
+        }
+        self.floating.tell(&mut self.boundary);
         self.move_on(dt);
         stepped
     }
 
     /// Moves the particles with their velocities and displacements, and back where they passed a boundary.
     fn move_on(&mut self, dt: f32) {
+        let (work, positions) = (&self.work, &self.particles.position);
+        let step = |i: usize| {
+            let v = work.flow[i].truncate();
+            ((positions[i] + work.change[i]).truncate() + dt * v, v)
+        };
+        let mass = self.particle_mass();
+        self.floating.bounce(&self.boundary, mass, step);
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
+        let free = free(&self.boundary, spacing);
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
@@ -337,7 +409,9 @@ impl Fluid {
             .for_each(|(((position, velocity), flow), change)| {
                 let mut v = flow.truncate();
                 let mut x = (*position + *change).truncate() + dt * v;
-                boundary.confine(spacing, &mut x, &mut v);
+                if !free.as_ref().is_some_and(|free| free.holds(x)) {
+                    boundary.confine(spacing, &mut x, &mut v);
+                }
                 *velocity = v.extend(0.0);
                 *position = x.extend(0.0);
             });
@@ -366,7 +440,14 @@ impl Fluid {
             + size_of::<Gradient>() * w.gradient.capacity()
             + 8 * w.inverse.capacity()
             + w.buffers.bytes()
-            + self.mirrors.bytes();
+            + w.fields.bytes()
+            + self.mirrors.bytes()
+            + self.floating.bytes();
         (own + self.cells.bytes() + self.neighbours.bytes()) as u64
     }
+}
+
+/// Where no boundary is within `reach`, as far as that is quickly known.
+fn free(boundary: &Boundary, reach: f32) -> Option<Inner> {
+    boundary.obstacles.is_empty().then(|| Inner::new(boundary, reach))
 }

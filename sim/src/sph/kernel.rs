@@ -2,6 +2,7 @@
 //!
 //! Every kernel has compact support `h`, integrates to 1 over space and has the unit 1/m³.
 
+use glam::Vec4;
 use std::f32::consts::PI;
 
 /// Cubic spline (Monaghan 1992) of support `h`, with what each evaluation shares.
@@ -66,18 +67,21 @@ impl CubicSpline {
     }
 
     /// Value at distance `r` in 1/m³.
+    #[inline(always)]
     pub(crate) fn at(&self, r: f32) -> f32 {
         let q = r * self.inverse;
         let u = (1.0 - q).max(0.0);
-        let inner = 6.0 * q * q * (q - 1.0) + 1.0;
-        self.value * if q <= 0.5 { inner } else { 2.0 * u * u * u }
+        let (inner, outer) = (6.0 * q * q * (q - 1.0) + 1.0, 2.0 * u * u * u);
+        self.value * if q <= 0.5 { inner } else { outer }
     }
 
     /// Factor by which the vector between the points is multiplied to give the gradient, in 1/m⁵.
+    #[inline(always)]
     pub(crate) fn gradient_factor(&self, r: f32) -> f32 {
         let q = r * self.inverse;
         let u = (1.0 - q).max(0.0);
-        self.slope * if q <= 0.5 { 3.0 * q - 2.0 } else { -u * u / q }
+        let (inner, outer) = (3.0 * q - 2.0, -u * u / q);
+        self.slope * if q <= 0.5 { inner } else { outer }
     }
 
     /// ∫ W over the plane at distance `s` ≥ 0 from the kernel's centre, in 1/m.
@@ -141,19 +145,26 @@ impl Muller {
         }
     }
 
-    /// poly6 at squared distance `r2`, 1/m³ (eq. 20).
-    pub(crate) fn poly6(&self, r2: f32) -> f32 {
-        let d = (self.support * self.support - r2).max(0.0);
-        self.poly6 * d * d * d
+    pub(crate) fn support(&self) -> f32 {
+        self.support
+    }
+
+    /// poly6 at four squared distances, 1/m³ (eq. 20).
+    #[inline(always)]
+    pub(crate) fn poly6(&self, r2: Vec4) -> Vec4 {
+        let d = (Vec4::splat(self.support * self.support) - r2).max(Vec4::ZERO);
+        self.poly6 * (d * d * d)
     }
 
     /// Gradient factor of poly6 at squared distance `r2`, 1/m⁵.
+    #[inline(always)]
     pub(crate) fn poly6_gradient_factor(&self, r2: f32) -> f32 {
         let d = (self.support * self.support - r2).max(0.0);
         self.poly6_slope * d * d
     }
 
     /// Laplacian of poly6 at squared distance `r2`, 1/m⁵.
+    #[inline(always)]
     pub(crate) fn poly6_laplacian(&self, r2: f32) -> f32 {
         let h2 = self.support * self.support;
         let d = (h2 - r2).max(0.0);
@@ -161,12 +172,14 @@ impl Muller {
     }
 
     /// Gradient of spiky along the line between the points, −45/(πh⁶) (h − r)², 1/m⁴ (eq. 21).
+    #[inline(always)]
     pub(crate) fn spiky_slope(&self, r: f32) -> f32 {
         let d = (self.support - r).max(0.0);
         self.spiky_slope * d * d
     }
 
     /// Laplacian of the viscosity kernel, 45/(πh⁶) (h − r), 1/m⁵ (eq. 22).
+    #[inline(always)]
     pub(crate) fn viscosity_laplacian(&self, r: f32) -> f32 {
         self.viscous * (self.support - r).max(0.0)
     }
@@ -194,7 +207,7 @@ mod tests {
         let cubic = CubicSpline::new(h);
         let muller = Muller::new(h);
         assert!((over_space(h, |r| cubic.at(r)) - 1.0).abs() < 1e-5);
-        assert!((over_space(h, |r| muller.poly6(r * r)) - 1.0).abs() < 1e-5);
+        assert!((over_space(h, |r| muller.poly6(Vec4::splat(r * r)).x) - 1.0).abs() < 1e-5);
         // Integrated by parts: ∫ −r W′(r) dV = 3 ∫ W dV.
         let parts = over_space(h, |r| -r * r * cubic.gradient_factor(r) / 3.0);
         let spiky = over_space(h, |r| -r * muller.spiky_slope(r) / 3.0);

@@ -4,9 +4,9 @@
 //! at the wall are those inside the water, a lattice that begins half a spacing before a wall is in balance with it, and
 //! water slides along it without friction. In edges, corners and thin tanks images are mirrored again.
 
-use super::boundary::Boundary;
+use super::boundary::{Boundary, Ground, Outline};
 use super::cells::Cells;
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// Reflections to either side at most, which fill the support of a kernel down to a fifth of a spacing between walls.
 const MOST: i32 = 6;
@@ -145,10 +145,87 @@ impl Mirrors {
     }
 }
 
+/// The box in which nothing is within reach of walls or ground; it is empty where these are not flat.
+pub(crate) struct Inner {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Inner {
+    /// What is farther than `reach` from the walls and the ground of `boundary`.
+    pub(crate) fn new(boundary: &Boundary, reach: f32) -> Self {
+        let [x0, x1, z0, z1] = boundary.walls;
+        let floor = match boundary.ground {
+            _ if boundary.outline == Outline::Round => f32::INFINITY,
+            Ground::None => f32::NEG_INFINITY,
+            Ground::Flat(height) => height + reach,
+            Ground::Heights(_) => f32::INFINITY,
+        };
+        let low = |present, wall: f32| if present { wall + reach } else { f32::NEG_INFINITY };
+        let high = |present, wall: f32| if present { wall - reach } else { f32::INFINITY };
+        Self {
+            low: Vec3::new(low(x0, boundary.low.x), floor, low(z0, boundary.low.y)),
+            high: Vec3::new(
+                high(x1, boundary.high.x),
+                f32::INFINITY,
+                high(z1, boundary.high.y),
+            ),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn holds(&self, p: Vec3) -> bool {
+        p.cmpgt(self.low).all() && p.cmplt(self.high).all()
+    }
+}
+
+/// Calls `image` with the mirror images of `p` in ground and walls nearer than `h`, and in both.
+pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
+    let mut images = [p; 16];
+    let mut count = 1;
+    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
+        for k in 0..count {
+            if count + k < images.len() {
+                images[count + k] = reflect(images[k]);
+            }
+        }
+        count = (2 * count).min(images.len());
+    };
+    if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
+        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
+    }
+    if boundary.outline == Outline::Round {
+        let centre = 0.5 * (boundary.low + boundary.high);
+        let radius = 0.5 * (boundary.high - boundary.low).min_element();
+        let away = Vec2::new(p.x, p.z) - centre;
+        if radius - away.length() < h && away.length() > 0.0 {
+            let scale = (2.0 * radius - away.length()) / away.length();
+            add(&|q| {
+                let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
+                Vec3::new(at.x, q.y, at.y)
+            });
+        }
+    } else {
+        let [x0, x1, z0, z1] = boundary.walls;
+        for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
+            }
+        }
+        for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
+            if present && (at - wall).abs() < h {
+                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
+            }
+        }
+    }
+    for &p in &images[1..count] {
+        image(p);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
 
     #[test]
     fn a_corner_has_seven_images_and_a_thin_tank_is_filled() {

@@ -5,18 +5,22 @@
 //! what every pass needs of a pair (`neighbours`), adds images beyond flat walls (`mirrors`) and what other boundaries fill
 //! (`boundary`, `obstacle`, `distance_field`), damps what is not resolved (`noise`), and finds viscosity (`viscosity`) and
 //! pressure (`mcg03`; `dfsph` with `correction` and `pressure`). `extract` makes heightfield
-//! frames of the particles; `solver` drives both for a scene, with what pours in (`jets`) and what acts on the water
-//! (`actions`).
+//! frames of the particles (`covered`: where bodies stand in it); `solver` drives both for a scene (`from_scene`), with what pours
+//! in (`jets`), what acts on the water (`actions`), and bodies that it moves (`floating`, `floats`).
 
 mod actions;
 mod boundary;
 pub mod cases;
 mod cells;
 mod correction;
+mod covered;
 mod dfsph;
 mod distance_field;
 mod extract;
+mod floating;
+mod floats;
 mod fluid;
+mod from_scene;
 mod jets;
 mod kernel;
 mod mcg03;
@@ -32,6 +36,7 @@ mod viscosity;
 pub use boundary::{Boundary, Ground, Outline};
 pub use distance_field::DistanceField;
 pub use extract::{Extractor, Root};
+pub use floating::Float;
 pub use fluid::{Fluid, Stepped};
 pub use obstacle::{Obstacle, Solid};
 pub use settings::{Model, Settings};

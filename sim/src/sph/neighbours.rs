@@ -22,6 +22,25 @@ struct Block {
     /// Candidates of one particle that are within the support.
     near: Vec<u32>,
     square: Vec<f32>,
+    /// What the kernel says of each.
+    shape: [Vec<f32>; 3],
+}
+
+/// What sums over the neighbours of one particle say.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    /// Σ g.
+    pub(crate) gradient: Vec4,
+    /// −Σ x ⊗ g, rows with the components of x.
+    pub(crate) moment: [Vec4; 3],
+    /// Σ W times the volume of a particle.
+    pub(crate) density: f32,
+}
+
+/// What a pair is by its squared distance: what its vector is multiplied with to give g, the fourth value beside g, and
+/// W times the volume of a particle.
+pub(crate) trait Shape: Copy + Sync {
+    fn of(&self, square: f32) -> [f32; 3];
 }
 
 /// For each particle the numbers of its neighbours, and four values of each pair.
@@ -75,60 +94,93 @@ impl Near<'_> {
 }
 
 impl Neighbours {
-    /// Finds all pairs nearer than `support` of the first `count` of `positions`, in `cells`, with those and with the
-    /// images that follow them, in `images`, and stores `pair(x_i − x_j, |x_i − x_j|²)` of each.
-    pub(crate) fn find(
+    /// Finds all pairs nearer than `support` of the particles that `out` is for, in `cells`, with those and with the images
+    /// that follow them in `positions`, in `images`. Stores g and the value beside it of each pair, and in `out` what
+    /// `finish` makes of the sums of each particle.
+    pub(crate) fn find<T: Send>(
         &mut self,
-        cells: &Cells,
-        images: &Cells,
-        count: usize,
+        cells: [&Cells; 2],
         positions: &[Vec4],
         support: f32,
-        pair: impl Fn(Vec3, f32) -> Vec4 + Sync,
+        shape: impl Shape,
+        out: &mut [T],
+        finish: impl Fn(usize, &Sums) -> T + Sync,
     ) {
+        let count = out.len();
         let blocks = count.div_ceil(BLOCK);
         self.blocks.resize_with(blocks, Block::default);
         let square = support * support;
         let coincident = COINCIDENT * COINCIDENT * square;
-        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
-            let end = ((b + 1) * BLOCK).min(count);
+        let [cells, images] = cells;
+        let blocks = self.blocks.par_iter_mut().zip(out.par_chunks_mut(BLOCK));
+        blocks.enumerate().for_each(|(b, (block, out))| {
             block.start.clear();
             block.index.clear();
             block.pair.clear();
-            block.own.clear();
-            block.other.clear();
             block.start.push(0);
-            for i in b * BLOCK..end {
+            for (k, out) in out.iter_mut().enumerate() {
+                let i = b * BLOCK + k;
                 let p = positions[i];
                 let found = near(block, cells, &positions[..count], (i, p), square, (0, 0));
                 let found = near(block, images, &positions[count..], (i, p), square, (found, count));
-                for k in 0..found {
-                    let j = block.near[k];
-                    let x = if block.square[k] > coincident {
-                        (p - positions[j as usize]).truncate()
-                    } else {
-                        apart(i, j as usize) * coincident.sqrt()
-                    };
-                    block.index.push(j);
-                    block.pair.push(pair(x, block.square[k].max(coincident)));
+                for square in &mut block.square[..found] {
+                    *square = square.max(coincident);
                 }
+                let density = pulp::Arch::new().dispatch(Evaluate { shape, block, found });
+                let mut sums = Sums {
+                    density,
+                    ..Sums::default()
+                };
+                block.index.extend_from_slice(&block.near[..found]);
+                let [factors, values, _] = &block.shape;
+                let each = block.near[..found].iter().zip(&block.square[..found]);
+                block.pair.extend(each.zip(factors.iter().zip(values)).map(
+                    |((&j, &r2), (factor, value))| {
+                        let x = if r2 > coincident {
+                            p - positions[j as usize]
+                        } else {
+                            (apart(i, j as usize) * coincident.sqrt()).extend(0.0)
+                        };
+                        let g = *factor * x;
+                        sums.gradient += g;
+                        sums.moment[0] -= x.x * g;
+                        sums.moment[1] -= x.y * g;
+                        sums.moment[2] -= x.z * g;
+                        Vec4::new(g.x, g.y, g.z, *value)
+                    },
+                ));
                 block.start.push(block.index.len() as u32);
+                *out = finish(i, &sums);
             }
         });
     }
 
-    /// Gives each pair two vectors more, `f(particle, neighbour, pair)`.
-    pub(crate) fn pair_with(&mut self, f: impl Fn(usize, usize, Vec4) -> [Vec4; 2] + Sync) {
-        self.blocks.par_iter_mut().enumerate().for_each(|(b, block)| {
-            block.own.clear();
-            block.other.clear();
-            for k in 1..block.start.len() {
-                let range = block.start[k - 1] as usize..block.start[k] as usize;
-                for (&j, &g) in block.index[range.clone()].iter().zip(&block.pair[range]) {
-                    let [own, other] = f(b * BLOCK + k - 1, j as usize, g);
-                    block.own.push(own);
-                    block.other.push(other);
+    /// Gives each pair two vectors more, `f(particle, neighbour, pair)`, and writes to `out` what `finish` makes of a
+    /// particle and the sums of the squares of its pairs and of the first of these vectors.
+    pub(crate) fn pair_with<T: Send>(
+        &mut self,
+        f: impl Fn(usize, usize, Vec4) -> [Vec4; 2] + Sync,
+        out: &mut [T],
+        finish: impl Fn(usize, [f32; 2]) -> T + Sync,
+    ) {
+        let blocks = self.blocks.par_iter_mut().zip(out.par_chunks_mut(BLOCK));
+        blocks.enumerate().for_each(|(b, (block, out))| {
+            block.own.resize(block.pair.len(), Vec4::ZERO);
+            block.other.resize(block.pair.len(), Vec4::ZERO);
+            for (k, out) in out.iter_mut().enumerate() {
+                let i = b * BLOCK + k;
+                let range = block.start[k] as usize..block.start[k + 1] as usize;
+                let (mut plain, mut square) = (Vec4::ZERO, Vec4::ZERO);
+                let own = block.own[range.clone()]
+                    .iter_mut()
+                    .zip(&mut block.other[range.clone()]);
+                let pairs = block.index[range.clone()].iter().zip(&block.pair[range]);
+                for ((&j, &g), (own, other)) in pairs.zip(own) {
+                    [*own, *other] = f(i, j as usize, g);
+                    plain += g * g;
+                    square += *own * *own;
                 }
+                *out = finish(i, [plain, square].map(|s| s.truncate().element_sum()));
             }
         });
     }
@@ -171,13 +223,6 @@ impl Neighbours {
         partial.iter().sum()
     }
 
-    /// Neighbours of particle `k`, if it had been added when they were listed.
-    pub(crate) fn of(&self, k: usize) -> Option<&[u32]> {
-        let block = self.blocks.get(k / BLOCK)?;
-        let (from, to) = (block.start.get(k % BLOCK)?, block.start.get(k % BLOCK + 1)?);
-        block.index.get(*from as usize..*to as usize)
-    }
-
     pub(crate) fn bytes(&self) -> usize {
         self.blocks
             .iter()
@@ -203,8 +248,37 @@ impl Block {
     }
 }
 
+/// What the kernel says of the candidates of one particle that are near; gives Σ W.
+struct Evaluate<'a, S> {
+    shape: S,
+    block: &'a mut Block,
+    found: usize,
+}
+
+impl<K: Shape> pulp::WithSimd for Evaluate<'_, K> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> f32 {
+        let Block { square, shape, .. } = self.block;
+        let [factors, values, shares] = shape;
+        for list in [&mut *factors, &mut *values, &mut *shares] {
+            if list.len() < self.found {
+                list.resize(2 * self.found, 0.0);
+            }
+        }
+        let (factors, values) = (&mut factors[..self.found], &mut values[..self.found]);
+        let shares = &mut shares[..self.found];
+        let each = square[..self.found].iter().zip(factors).zip(values);
+        for (((square, factor), value), share) in each.zip(&mut *shares) {
+            [*factor, *value, *share] = self.shape.of(*square);
+        }
+        shares.iter().sum()
+    }
+}
+
 /// A direction in which two particles in one place part: of chance, but the same for any run, and opposite for both.
-fn apart(i: usize, j: usize) -> Vec3 {
+pub(super) fn apart(i: usize, j: usize) -> Vec3 {
     let mut rng = Rng::new(i.min(j) as u64, i.max(j) as u64);
     let mut side = || rng.uniform_f32() - 0.5;
     let direction = Vec3::new(side(), side(), side()).normalize_or(Vec3::X);
@@ -223,7 +297,7 @@ fn near(
     square: f32,
     (mut found, first): (usize, usize),
 ) -> usize {
-    cells.runs_around(p.truncate(), |run| {
+    for run in cells.runs_around(p.truncate()).iter() {
         let room = found + run.len() + 1;
         if block.near.len() < room {
             block.near.resize(2 * room, 0);
@@ -238,6 +312,6 @@ fn near(
             squares[found] = r2;
             found += usize::from(r2 < square && j != i);
         }
-    });
+    }
     found
 }

@@ -9,7 +9,7 @@
 use super::correction::Local;
 use super::fluid::Fluid;
 use super::pressure::differences;
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 /// The viscosity over the spacing times the speed of what is damped: that a fall of one spacing gives, and the
 /// unresolved difference itself.
@@ -17,13 +17,14 @@ const STRENGTH: f32 = 0.7;
 /// Largest viscosity times dt / spacing² of an explicit step.
 const EXPLICIT: f32 = 0.07;
 
-/// Gradient of the velocity: rows are the gradients of its components.
+/// Gradient of the velocity: what it changes by along each axis.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Gradient([Vec3; 3]);
+pub(crate) struct Gradient([Vec4; 3]);
 
 impl Gradient {
-    fn times(&self, x: Vec3) -> Vec3 {
-        Vec3::new(self.0[0].dot(x), self.0[1].dot(x), self.0[2].dot(x))
+    #[inline(always)]
+    fn times(&self, x: Vec4) -> Vec4 {
+        x.x * self.0[0] + x.y * self.0[1] + x.z * self.0[2]
     }
 }
 
@@ -35,7 +36,11 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     work.gradient.resize(n, Gradient::default());
     fluid.neighbours.map(&mut work.gradient, |near| {
         let sum = differences(&near, flow);
-        Gradient(sum.map(|row| -local[near.i].correct(row)))
+        Gradient(
+            local[near.i]
+                .rows
+                .map(|row| -(row.x * sum[0] + row.y * sum[1] + row.z * sum[2])),
+        )
     });
     let d = fluid.settings.spacing;
     let fall = (fluid.settings.gravity.length() * d).sqrt();
@@ -43,15 +48,21 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     let (gradient, place, mirrors) = (&work.gradient, &work.place, &fluid.mirrors);
     fluid.neighbours.map(&mut work.change, |near| {
         let i = near.i;
-        let (p, v) = (place[i], flow[i]);
+        let (p, v, own) = (place[i], flow[i], &gradient[i]);
         let mut sum = Vec4::ZERO;
         for (j, pair) in near.pairs() {
-            let x = (p - place[j]).truncate();
-            let (source, sign) = mirrors.behind(j, n);
-            let linear = 0.5 * (gradient[i].times(x) + sign * gradient[source].times(sign * x));
-            let rest = (v - flow[j]).truncate() - linear;
+            let x = 0.5 * (p - place[j]);
+            let linear = if j < n {
+                own.times(x) + gradient[j].times(x)
+            } else {
+                let (source, sign) = mirrors.behind(j, n);
+                let sign = sign.extend(0.0);
+                own.times(x) + sign * gradient[source].times(sign * x)
+            };
+            // The fourth component is 0, so that of the pair takes no part.
+            let rest = v - flow[j] - linear;
             let viscosity = (STRENGTH * d * (fall + rest.length())).min(most);
-            sum -= (viscosity * pair.w * rest.dot(pair.truncate())) * pair;
+            sum -= (viscosity * pair.w * rest.dot(pair)) * pair;
         }
         (dt * sum.truncate()).extend(0.0)
     });

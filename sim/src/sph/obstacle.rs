@@ -27,6 +27,8 @@ pub struct Obstacle {
     pub solid: Solid,
     /// Where it is and how it moves.
     pub pose: BodyPose,
+    /// Whether the water moves it ([`super::Float`]).
+    pub floats: bool,
     /// Radius about its origin beyond which it is not.
     radius: f32,
 }
@@ -40,7 +42,12 @@ impl Obstacle {
             Solid::Cylinder(r, half) => r.hypot(*half),
             Solid::Field(field) => field.radius(),
         };
-        Self { solid, pose, radius }
+        Self {
+            solid,
+            pose,
+            floats: false,
+            radius,
+        }
     }
 
     /// The body of a scene's object. `spacing` is the resolution at which a model's surface is known.
@@ -52,6 +59,16 @@ impl Obstacle {
             Shape::Model { .. } => Solid::Field(Arc::new(DistanceField::new(mesh, spacing))),
         };
         Self::new(solid, object.pose_at(0.0))
+    }
+
+    /// Radius about its origin beyond which it is not, m.
+    pub(crate) fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// Fastest that its surface may move, m/s.
+    pub(crate) fn fastest(&self) -> f32 {
+        self.pose.velocity.length() + self.radius * self.pose.angular_velocity.length()
     }
 
     /// Distance, outward normal and velocity of the surface nearest to `p`, if it is nearer than `reach` (negative

@@ -8,6 +8,7 @@
 
 use super::boundary::Touch;
 use super::correction::Local;
+use super::floating::{Carried, Floating};
 use super::fluid::TASK;
 use super::mirrors::Mirrors;
 use super::neighbours::{Near, Neighbours};
@@ -20,8 +21,6 @@ const MOST: u32 = 300;
 /// What letting go of particles that pull may spoil, over the residual that is left. With none, most runs end at their
 /// first steps on single particles at the surface; from 0.2 on the sets begin to come back and some solutions stall.
 const BEARABLE: f64 = 0.03;
-/// Share of the tolerance at which a run may end. At a half, still water moves and its pressure is off by more than it may.
-const ENOUGH: f64 = 0.2;
 /// Conjugate directions before the set is taken anew.
 const RUN: u32 = 100;
 
@@ -35,6 +34,10 @@ pub(crate) struct System<'a> {
     pub(crate) corrected: bool,
     /// The factor c.
     pub(crate) gain: f32,
+    /// Bodies that the pressure accelerates as well, and the mass of a particle in kg.
+    pub(crate) floating: Option<(&'a Floating, f64)>,
+    /// Share of the tolerance at which a run may end.
+    pub(crate) enough: f64,
 }
 
 /// Buffers of the solution; the arrays with images are longer than the particles are many.
@@ -45,6 +48,8 @@ pub(crate) struct Buffers {
     /// Accelerations of the pressures, with images.
     pub(crate) acceleration: Vec<Vec4>,
     pub(crate) source: Vec<f32>,
+    /// What bodies move with the pressures or directions at hand.
+    pub(crate) carried: Carried,
     residual: Vec<f32>,
     direction: Vec<f32>,
     product: Vec<f32>,
@@ -63,19 +68,20 @@ impl Buffers {
             + self.weight.capacity())
             + 16 * (self.acceleration.capacity() + self.pushed.capacity())
             + 8 * self.partial.capacity()
+            + self.carried.bytes()
     }
 }
 
-/// Σ_j (v_i − v_j) ⊗ g_ij: rows are the components of v.
+/// Σ_j (v_i − v_j) ⊗ g_ij: columns belong to the components of g.
 #[inline]
 pub(crate) fn differences(near: &Near<'_>, v: &[Vec4]) -> [Vec4; 3] {
     let own = v[near.i];
     let mut sum = [Vec4::ZERO; 3];
     for (j, g) in near.pairs() {
         let dv = own - v[j];
-        sum[0] += dv.x * g;
-        sum[1] += dv.y * g;
-        sum[2] += dv.z * g;
+        sum[0] += g.x * dv;
+        sum[1] += g.y * dv;
+        sum[2] += g.z * dv;
     }
     sum
 }
@@ -91,7 +97,7 @@ impl System<'_> {
         let own = v[near.i];
         let wall = self.touch[near.i].gradient;
         let (gradients, wall) = if self.corrected {
-            (near.own, self.local[near.i].correct(wall.extend(0.0)))
+            (near.own, self.local[near.i].correct(wall.extend(0.0)).truncate())
         } else {
             (near.pair, wall)
         };
@@ -104,15 +110,15 @@ impl System<'_> {
         let touch = &self.touch[i];
         let g = touch.gradient;
         if self.corrected && touch.moving != 0.0 {
-            let along = g.dot(self.local[i].correct(g.extend(0.0)));
+            let along = g.dot(self.local[i].correct(g.extend(0.0)).truncate());
             touch.moving * along / g.length_squared().max(1e-20)
         } else {
             touch.moving
         }
     }
 
-    /// Accelerations of `pressure`, both with images.
-    fn accelerate(&self, pressure: &mut Vec<f32>, out: &mut Vec<Vec4>) {
+    /// Accelerations of `pressure`, both with images, and of bodies.
+    fn accelerate(&self, pressure: &mut Vec<f32>, out: &mut Vec<Vec4>, carried: &mut Carried) {
         let n = self.n();
         self.mirrors.extend_scalars(pressure, n);
         out.resize(n + self.mirrors.len(), Vec4::ZERO);
@@ -120,7 +126,7 @@ impl System<'_> {
         self.neighbours.map(&mut out[..n], |near| {
             let (own, local) = (p[near.i], &self.local[near.i]);
             let (gradients, sum) = if self.corrected {
-                (near.other, local.correct(local.sum.extend(0.0)))
+                (near.other, local.correct(local.sum.extend(0.0)).truncate())
             } else {
                 (near.pair, local.sum)
             };
@@ -128,6 +134,10 @@ impl System<'_> {
             (-others.truncate() - own * sum).extend(0.0)
         });
         self.mirrors.extend_vectors(out, n);
+        match self.floating {
+            Some((floating, mass)) => floating.accelerate(p, mass, n, carried),
+            None => carried.clear(),
+        }
     }
 
     /// How far particle `i` is from a solution: compression that is left, or what a pressure too high opens.
@@ -157,12 +167,14 @@ impl System<'_> {
         work.pressure.extend_from_slice(pressure);
         let mut iterations = 0;
         let left = loop {
-            self.accelerate(&mut work.pressure, &mut work.acceleration);
+            self.accelerate(&mut work.pressure, &mut work.acceleration, &mut work.carried);
             let (a, p, source) = (&work.acceleration, &work.pressure, &work.source);
+            let carried = &work.carried;
             let left = self
                 .neighbours
                 .map_sum(&mut work.residual, &mut work.partial, |near| {
-                    let residual = source[near.i] + self.gain * self.rate(&near, a);
+                    let rate = self.rate(&near, a) - carried.at(near.i);
+                    let residual = source[near.i] + self.gain * rate;
                     (residual, self.error(near.i, residual, p[near.i]))
                 })
                 / n as f64;
@@ -170,7 +182,7 @@ impl System<'_> {
             if left <= tolerance || iterations >= MOST || !left.is_finite() {
                 break left;
             }
-            iterations += self.descend(work, ENOUGH * tolerance * n as f64);
+            iterations += self.descend(work, self.enough * tolerance * n as f64);
         };
         pressure.copy_from_slice(&work.pressure[..n]);
         (iterations, left)
@@ -199,12 +211,12 @@ impl System<'_> {
             let (r, weight) = (&work.residual, &work.weight);
             let tasks = work.direction[..n].par_iter_mut().with_min_len(TASK).enumerate();
             tasks.for_each(|(i, s)| *s = r[i] * weight[i] + keep * *s);
-            self.accelerate(&mut work.direction, &mut work.pushed);
-            let (pushed, direction) = (&work.pushed, &work.direction);
+            self.accelerate(&mut work.direction, &mut work.pushed, &mut work.carried);
+            let (pushed, direction, carried) = (&work.pushed, &work.direction, &work.carried);
             let curvature = self
                 .neighbours
                 .map_sum(&mut work.product, &mut work.partial, |near| {
-                    let product = -self.gain * self.rate(&near, pushed);
+                    let product = -self.gain * (self.rate(&near, pushed) - carried.at(near.i));
                     (product, f64::from(product * direction[near.i]))
                 });
             steps += 1;
@@ -242,10 +254,9 @@ impl System<'_> {
     }
 }
 
-/// Inverse of the diagonal of D Dᵀ, m², with L and without; `least` bounds the diagonal from below.
-pub(crate) fn inverse_diagonal(near: &Near<'_>, local: &Local, least: f32) -> [f32; 2] {
-    let plain = near.sum(near.pair, |_, g| g * g).truncate().element_sum();
-    let corrected = near.sum(near.own, |_, g| g * g).truncate().element_sum();
+/// Inverse of the diagonal of D Dᵀ, m², with L and without, from the sums of the squares of g and of L g; `least` bounds
+/// the diagonal from below.
+pub(crate) fn inverse_diagonal([plain, corrected]: [f32; 2], local: &Local, least: f32) -> [f32; 2] {
     let sum = local.correct(local.sum.extend(0.0));
     [
         1.0 / (corrected + sum.length_squared()).max(least),

@@ -61,7 +61,7 @@ impl Settings {
             surface_tension: 0.0,
             sticks: false,
             stiffness: 0.0,
-            courant: 0.4,
+            courant: 0.5,
             step: f32::INFINITY,
             density_tolerance: 1e-4,
             divergence_tolerance: 1e-4,

@@ -1,127 +1,56 @@
 //! The solver of a scene: sub-steps, obstacles on their paths, pouring, frames.
 
-use super::actions;
-use super::boundary::{Boundary, Ground, Outline};
-use super::extract::{Extractor, Root};
+use super::boundary::Outline;
+use super::extract::Extractor;
+use super::floats::Floats;
 use super::fluid::Fluid;
 use super::jets::{self, Jet};
-use super::obstacle::Obstacle;
-use super::settings::{Model, Settings};
+use super::{actions, covered};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
-use crate::scene::Scene;
-use crate::scene::description::{
-    self, Drain, Edge, Initial, Motion, Object, SphDroplets, SphModel, SphSurface, SphWalls, Tilt, Vessel,
-};
+use crate::scene::description::{self, Drain, Motion, Object, Tilt};
 use crate::solver::{Solver, StepError, StepReport};
-use crate::solvers::{BuildError, name_of};
 use glam::{Vec2, Vec3};
 use std::sync::{Mutex, PoisonError};
 
-/// Sub-steps of one call at most, unless the scene says so.
-const MOST_STEPS: u64 = 100_000;
-/// Particles at most: some 1 KiB each.
-const MOST_PARTICLES: f64 = 2e7;
-/// Distances of a fall that `mcg03` may compress: the speed of sound is ten times that of a fall from the surface.
-const MACH: f32 = 100.0;
-
 /// Water in a tank as particles.
 pub struct Sph {
-    spec: GridSpec,
-    fluid: Fluid,
-    ground: Grid<f32>,
-    extractor: Mutex<Extractor>,
-    all_droplets: bool,
-    objects: Vec<Object>,
-    tilts: Vec<Tilt>,
-    gravity: Vec3,
-    jets: Vec<Jet>,
-    drains: Vec<Drain>,
+    pub(super) spec: GridSpec,
+    pub(super) fluid: Fluid,
+    pub(super) ground: Grid<f32>,
+    pub(super) extractor: Mutex<Extractor>,
+    pub(super) all_droplets: bool,
+    pub(super) objects: Vec<Object>,
+    pub(super) floats: Floats,
+    /// Gravity by time, the earliest first; never empty.
+    pub(super) turns: Vec<Tilt>,
+    pub(super) jets: Vec<Jet>,
+    pub(super) drains: Vec<Drain>,
     /// Whether an edge lets water out.
-    open: bool,
-    most_steps: u64,
-    time: f64,
+    pub(super) open: bool,
+    pub(super) most_steps: u64,
+    pub(super) time: f64,
 }
 
 impl Sph {
-    /// The solver of a scene with `solver.kind = "sph"`: the tank is the domain, its bottom the terrain.
-    ///
-    /// # Errors
-    /// [`BuildError`] if the scene asks for another solver, has no terrain, periodic edges or bodies that float, or
-    /// needs too many particles.
-    pub fn from_scene(scene: &Scene) -> Result<Self, BuildError> {
-        let description::Solver::Sph(parameters) = &scene.description.solver else {
-            return Err(BuildError::WrongSolver {
-                expected: "sph",
-                found: name_of(&scene.description.solver),
-            });
-        };
-        let spec = scene.grid;
-        let Some(ground) = scene.ground_on_grid() else {
-            return Err(BuildError::impossible(
-                "terrain",
-                "a tank needs a bottom, and the scene has no terrain",
-                "add a `[terrain]` table; `kind = \"flat\"` makes a level bottom",
-            ));
-        };
-        let boundary = boundary(scene, &ground, parameters)?;
-        let surface = surface(scene);
-        let settings = settings(parameters, spec, &ground, &surface);
-        let room = volume(&spec, &ground, &surface) / f64::from(settings.spacing).powi(3);
-        if room > MOST_PARTICLES {
-            return Err(BuildError::impossible(
-                "solver.particle",
-                format!("the water would be {room:.1e} particles, more than {MOST_PARTICLES:.0e}"),
-                format!(
-                    "use particles {:.1} times as far apart",
-                    (room / MOST_PARTICLES).cbrt() * 1.05
-                ),
-            ));
-        }
-        let root = match parameters.surface {
-            SphSurface::Fast => Root::Fast,
-            SphSurface::Exact => Root::Exact,
-        };
-        let spacing = settings.spacing;
-        let mut solver = Self {
-            spec,
-            extractor: Mutex::new(Extractor::new(spec, spacing, root)),
-            open: boundary.walls.contains(&false) && boundary.outline == Outline::Box,
-            fluid: Fluid::new(settings, boundary),
-            all_droplets: parameters.droplets == SphDroplets::All,
-            objects: scene.description.objects.clone(),
-            tilts: parameters.tilts.clone(),
-            gravity: parameters.gravity,
-            jets: parameters
-                .emitters
-                .iter()
-                .map(|e| Jet::new(*e, spacing))
-                .collect(),
-            drains: parameters.drains.clone(),
-            most_steps: parameters.most_steps.map_or(MOST_STEPS, |n| n as u64),
-            ground,
-            time: 0.0,
-        };
-        solver.fill(&surface);
-        Ok(solver)
-    }
-
     /// The particles.
     pub fn fluid(&self) -> &Fluid {
         &self.fluid
     }
 
-    /// Tilts gravity from now on, m/s²; later turns of the scene still come.
+    /// Tilts gravity from now on, m/s²; from there it turns evenly to the next turn of the scene, if there is one.
     pub fn tilt(&mut self, gravity: Vec3) {
-        self.gravity = gravity;
+        let time = self.time;
+        self.turns.retain(|turn| turn.time > time);
+        self.turns.insert(0, Tilt { time, gravity });
         self.fluid.set_gravity(gravity);
     }
 
-    /// Drags object `k` of the scene to `position` within the next `duration` seconds, in place of its own motion.
-    /// Returns whether there is such an object.
+    /// Drags object `k` of the scene, one that the water does not move, to `position` within the next `duration` seconds, in
+    /// place of its own motion. Returns whether there is such an object.
     pub fn drag(&mut self, k: usize, position: Vec3, duration: f64) -> bool {
-        let Some(object) = self.objects.get_mut(k) else {
+        let Some(object) = self.objects.get_mut(k).filter(|o| o.motion != Motion::Free) else {
             return false;
         };
         let pose = object.pose_at(self.time);
@@ -139,69 +68,26 @@ impl Sph {
         true
     }
 
-    /// Lays a lattice of particles into every column up to `surface`, clear of obstacles.
-    fn fill(&mut self, surface: &dyn Fn(Vec2) -> f32) {
-        let d = self.fluid.settings().spacing;
-        let (low, high) = (self.spec.origin, self.spec.origin + self.spec.extent());
-        let count = |length: f32| ((length / d).round() as usize).max(1);
-        let (nx, nz) = (count(high.x - low.x), count(high.y - low.y));
-        // Stretched along X and Z so that the lattice fits the tank from wall to wall (a thin tank gets one layer), and
-        // along Y the other way, so that each particle stands for its own volume.
-        let height = d * d * d * (nx * nz) as f32 / ((high.x - low.x) * (high.y - low.y));
-        let place =
-            |k: usize, n: usize, low: f32, high: f32| low + (k as f32 + 0.5) * (high - low) / n as f32;
-        let centre = 0.5 * (low + high);
-        let round = (self.fluid.boundary().outline == Outline::Round)
-            .then(|| 0.5 * (high - low).min_element() - 0.4 * d);
-        let bottom = self.ground.range().0;
-        let mut top = bottom;
-        for j in 0..nz {
-            for i in 0..nx {
-                let at = Vec2::new(place(i, nx, low.x, high.x), place(j, nz, low.y, high.y));
-                top = top.max(surface(at));
-            }
-        }
-        let layers = ((top - bottom) / height).ceil().max(0.0) as usize;
-        for k in 0..layers {
-            let y = bottom + height * (k as f32 + 0.5);
-            for j in 0..nz {
-                for i in 0..nx {
-                    let at = Vec2::new(place(i, nx, low.x, high.x), place(j, nz, low.y, high.y));
-                    let p = Vec3::new(at.x, y, at.y);
-                    let ground = self.fluid.boundary().ground_at(p).map_or(bottom, |g| g.0);
-                    let clear = |o: &Obstacle| o.near(p, 0.4 * d).is_none();
-                    let inside = y < surface(at)
-                        && y - ground > 0.4 * d
-                        && round.is_none_or(|r| at.distance(centre) < r)
-                        && self.fluid.boundary().obstacles.iter().all(clear);
-                    if inside {
-                        self.fluid.add(p, Vec3::ZERO);
-                    }
-                }
-            }
-        }
-    }
-
     fn gravity_at(&self, time: f64) -> Vec3 {
-        let next = self.tilts.partition_point(|t| t.time <= time);
-        let before = next.checked_sub(1).map(|k| self.tilts[k]);
-        match (before, self.tilts.get(next)) {
-            (None, None) => self.gravity,
-            (Some(last), None) => last.gravity,
-            (None, Some(first)) => {
-                let share = (time / first.time.max(1e-9)).clamp(0.0, 1.0);
-                self.gravity.lerp(first.gravity, share as f32)
-            }
+        let next = self.turns.partition_point(|t| t.time <= time);
+        let before = next.checked_sub(1).and_then(|k| self.turns.get(k));
+        match (before, self.turns.get(next)) {
             (Some(a), Some(b)) => {
                 let share = (time - a.time) / (b.time - a.time);
                 a.gravity.lerp(b.gravity, share as f32)
             }
+            (Some(turn), None) | (None, Some(turn)) => turn.gravity,
+            (None, None) => self.fluid.settings().gravity,
         }
     }
 
+    /// Puts the obstacles that the water does not move where they are at `time`.
     fn place_obstacles(&mut self, time: f64) {
-        for (obstacle, object) in self.fluid.boundary_mut().obstacles.iter_mut().zip(&self.objects) {
-            obstacle.pose = object.pose_at(time);
+        let obstacles = self.fluid.boundary_mut().obstacles.iter_mut();
+        for (obstacle, object) in obstacles.zip(&self.objects) {
+            if object.motion != Motion::Free {
+                obstacle.pose = object.pose_at(time);
+            }
         }
     }
 
@@ -280,7 +166,9 @@ impl Solver for Sph {
     }
 
     fn offers(&self) -> Channels {
-        Channels::DEPTH | Channels::VELOCITY | Channels::DROPLETS
+        let moving = self.objects.iter().any(|o| o.motion != Motion::Fixed);
+        let bodies = if moving { Channels::BODIES } else { Channels::NONE };
+        Channels::DEPTH | Channels::VELOCITY | Channels::DROPLETS | Channels::PARTICLES | bodies
     }
 
     fn advance(&mut self, dt: f32) -> Result<StepReport, StepError> {
@@ -289,6 +177,7 @@ impl Solver for Sph {
         let mut done = 0.0;
         let mut steps = 0_u64;
         let (mut courant, mut stalls) = (0.0_f64, 0);
+        let clamped = self.floats.clamps();
         while done < dt {
             self.place_obstacles(self.time);
             let left = dt - done;
@@ -308,10 +197,14 @@ impl Solver for Sph {
                 jet.pour(&mut self.fluid, self.time, step);
             }
             self.fluid.set_gravity(self.gravity_at(self.time));
+            self.floats.begin(&mut self.fluid, step);
             let stepped = self.fluid.step(step as f32);
             stalls += u64::from(stepped.stalled);
             courant = courant
                 .max(f64::from(self.fluid.fastest()) * step / f64::from(self.fluid.settings().spacing));
+            let (objects, end) = (&self.objects, self.time + step);
+            self.floats
+                .follow(&mut self.fluid, |k| objects[k].pose_at(end), self.time, step)?;
             done = if needed <= 1.0 { dt } else { done + step };
             self.time = start + done;
             steps += 1;
@@ -329,20 +222,59 @@ impl Solver for Sph {
         Ok(StepReport {
             substeps: u32::try_from(steps).unwrap_or(u32::MAX),
             courant,
-            clamps: stalls,
+            clamps: stalls + self.floats.clamps() - clamped,
             ..self.report()
         })
     }
 
     fn extract(&self, want: Channels, out: &mut Frame) {
+        let particles = out.particles.take();
         // A panic elsewhere leaves buffers that are filled anew anyway.
         let mut extractor = self.extractor.lock().unwrap_or_else(PoisonError::into_inner);
         extractor.extract(&self.fluid, &self.ground, want, self.all_droplets, out);
+        let (obstacles, spacing) = (&self.fluid.boundary().obstacles, self.fluid.settings().spacing);
+        if !obstacles.is_empty() {
+            covered::close(obstacles, spacing, &self.ground, &mut out.elevation);
+            if let Some(depth) = &mut out.depth {
+                let heights = out.elevation.as_slice().iter().zip(self.ground.as_slice());
+                for (depth, (y, ground)) in depth.as_mut_slice().iter_mut().zip(heights) {
+                    *depth = (y - ground).max(0.0);
+                }
+            }
+        }
         out.time = self.time;
+        if want.contains(Channels::PARTICLES) {
+            let mut list = particles.unwrap_or_default();
+            list.clear();
+            list.position
+                .extend(self.fluid.positions().iter().map(|p| p.truncate()));
+            list.velocity
+                .extend(self.fluid.velocities().iter().map(|v| v.truncate()));
+            list.radius.resize(self.fluid.len(), extractor.droplet());
+            out.particles = Some(list);
+        }
+        if want.contains(Channels::BODIES) && self.offers().contains(Channels::BODIES) {
+            out.bodies = Some(obstacles.iter().map(|o| o.pose).collect());
+        }
     }
 
     fn apply(&mut self, action: &Action) -> Result<(), EventError> {
-        actions::apply(&mut self.fluid, action)
+        match action {
+            Action::Tilt { gravity } => {
+                action.check()?;
+                self.tilt(*gravity);
+                Ok(())
+            }
+            _ if action.is_on_body() => {
+                action.check()?;
+                let none = || EventError::NoBody {
+                    action: action.name(),
+                    body: action.body().unwrap_or_default().to_owned(),
+                };
+                self.floats.apply(action).unwrap_or_else(|| Err(none()))
+            }
+            _ => actions::apply(&mut self.fluid, action),
+        }
     }
 
     fn report(&self) -> StepReport {
@@ -358,6 +290,9 @@ impl Solver for Sph {
             momentum[1] += mass * v.z;
             energy += mass * (0.5 * v.length_squared() - gravity.dot(p - rest));
         }
+        let bodies = self.floats.momentum();
+        momentum = [momentum[0] + bodies[0], momentum[1] + bodies[1]];
+        energy += self.floats.energy(self.fluid.settings().gravity, rest);
         StepReport {
             substeps: 0,
             largest_stable_step: self.stable_step(),
@@ -372,120 +307,6 @@ impl Solver for Sph {
 
     fn bytes(&self) -> u64 {
         let extractor = self.extractor.lock().unwrap_or_else(PoisonError::into_inner);
-        self.fluid.bytes() + extractor.bytes() + 4 * self.ground.as_slice().len() as u64
+        self.fluid.bytes() + extractor.bytes() + self.floats.bytes() + 4 * self.ground.as_slice().len() as u64
     }
-}
-
-/// Elevation of the water at time 0.
-fn surface(scene: &Scene) -> impl Fn(Vec2) -> f32 {
-    let water = scene.description.water.clone();
-    let array = scene.initial_elevation.clone();
-    move |at: Vec2| match &water.initial {
-        Initial::Still => water.level,
-        Initial::Dam { min, max, level } => {
-            let inside = at.cmpge(*min).all() && at.cmple(*max).all();
-            if inside { *level } else { water.level }
-        }
-        Initial::Disturbance {
-            position,
-            radius,
-            height,
-        } => water.level + height * (-0.5 * at.distance_squared(*position) / (radius * radius)).exp(),
-        Initial::Array { .. } => array.as_ref().map_or(water.level, |a| a.sample(at)),
-    }
-}
-
-/// Volume of the water at time 0 in m³, from the samples.
-fn volume(spec: &GridSpec, ground: &Grid<f32>, surface: &dyn Fn(Vec2) -> f32) -> f64 {
-    let extent = spec.extent().as_dvec2();
-    let mut depth = 0.0;
-    for j in 0..spec.height() {
-        for i in 0..spec.width() {
-            depth += f64::from((surface(spec.position(i, j)) - ground[(i, j)]).max(0.0));
-        }
-    }
-    depth / spec.len() as f64 * extent.x * extent.y
-}
-
-fn settings(
-    parameters: &description::Sph,
-    spec: GridSpec,
-    ground: &Grid<f32>,
-    surface: &dyn Fn(Vec2) -> f32,
-) -> Settings {
-    let spacing = parameters.particle.unwrap_or(2.0 * parameters.spacing);
-    let model = match parameters.model {
-        SphModel::Dfsph => Model::Dfsph,
-        SphModel::Mcg03 => Model::Mcg03,
-    };
-    let mut depth = spacing;
-    for j in 0..spec.height() {
-        for i in 0..spec.width() {
-            depth = depth.max(surface(spec.position(i, j)) - ground[(i, j)]);
-        }
-    }
-    let base = Settings::water(spacing);
-    Settings {
-        model,
-        gravity: parameters.gravity,
-        viscosity: parameters.viscosity,
-        surface_tension: parameters.surface_tension,
-        sticks: parameters.walls == SphWalls::Stick,
-        stiffness: parameters
-            .stiffness
-            .unwrap_or(MACH * parameters.gravity.length() * depth),
-        courant: parameters.courant.unwrap_or(base.courant),
-        step: parameters.step.unwrap_or(f32::INFINITY),
-        ..base
-    }
-}
-
-fn boundary(
-    scene: &Scene,
-    ground: &Grid<f32>,
-    parameters: &description::Sph,
-) -> Result<Boundary, BuildError> {
-    let d = &scene.description;
-    let edges = [
-        ("x_min", d.boundary.x_min),
-        ("x_max", d.boundary.x_max),
-        ("z_min", d.boundary.z_min),
-        ("z_max", d.boundary.z_max),
-    ];
-    if let Some((edge, _)) = edges.iter().find(|e| e.1 == Edge::Periodic) {
-        return Err(BuildError::impossible(
-            format!("boundary.{edge}"),
-            "a tank of particles has no periodic edges",
-            "use \"wall\", or \"open\" with an emitter at the other end",
-        ));
-    }
-    if let Some(body) = d.objects.iter().find(|o| o.motion == Motion::Free) {
-        return Err(BuildError::impossible(
-            format!("object `{}`: motion", body.name),
-            "this solver cannot float bodies",
-            "use motion kind \"fixed\" or \"path\"",
-        ));
-    }
-    let spacing = parameters.particle.unwrap_or(2.0 * parameters.spacing);
-    let (low, high) = ground.range();
-    Ok(Boundary {
-        low: scene.grid.origin,
-        high: scene.grid.origin + scene.grid.extent(),
-        walls: edges.map(|e| e.1 == Edge::Wall),
-        outline: match parameters.vessel {
-            Vessel::Box => Outline::Box,
-            Vessel::Round => Outline::Round,
-        },
-        ground: if low == high {
-            Ground::Flat(low)
-        } else {
-            Ground::Heights(ground.clone())
-        },
-        obstacles: d
-            .objects
-            .iter()
-            .zip(&scene.meshes)
-            .map(|(object, mesh)| Obstacle::of_object(object, mesh, spacing))
-            .collect(),
-    })
 }

@@ -338,6 +338,7 @@ impl Solver for WaveEquation {
                     remedy: "choose a solver with bodies, such as `shallow-water`",
                 });
             }
+            Action::Tilt { .. } => return Err(EventError::upright(self.name())),
         }
         self.lift(action)
     }

@@ -438,6 +438,7 @@ impl Solver for WaveParticles {
                     remedy: "give the scene an object that moves freely",
                 });
             }
+            Action::Tilt { .. } => return Err(EventError::upright(self.name())),
         };
         let mut emissions = Vec::new();
         self.maker

@@ -201,8 +201,8 @@ impl Maker {
                 speed,
                 out,
             ),
-            // Refused by the solver: they act on bodies.
-            Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } => {}
+            // Refused by the solver: they act on bodies, or on gravity.
+            Action::Drag { .. } | Action::Release { .. } | Action::Shove { .. } | Action::Tilt { .. } => {}
         }
     }
 

@@ -170,13 +170,17 @@ pub fn frame(spec: GridSpec, channels: Channels, index: u64) -> Frame {
     }
     let mut rng = Rng::new(index, 5);
     let mut vector = || Vec3::new(rng.normal() as f32, rng.normal() as f32, rng.normal() as f32);
-    if frame.droplets.is_some() {
-        let count = (index * 37 % 300) as usize;
-        frame.droplets = Some(Droplets {
-            position: (0..count).map(|_| 10.0 * vector()).collect(),
-            velocity: (0..count).map(|_| vector()).collect(),
-            radius: (0..count).map(|_| 1e-3 * vector().x.abs()).collect(),
-        });
+    for (list, count) in [
+        (&mut frame.droplets, index * 37 % 300),
+        (&mut frame.particles, 100 + index * 91 % 500),
+    ] {
+        if let Some(list) = list {
+            *list = Droplets {
+                position: (0..count).map(|_| 10.0 * vector()).collect(),
+                velocity: (0..count).map(|_| vector()).collect(),
+                radius: (0..count).map(|_| 1e-3 * vector().x.abs()).collect(),
+            };
+        }
     }
     if frame.bodies.is_some() {
         let pose = |_| BodyPose {
@@ -214,7 +218,7 @@ pub fn bits(frame: &Frame) -> Vec<u32> {
     all.extend(frame.foam.iter().flat_map(|g| g.as_slice()));
     all.extend(frame.velocity.iter().flat_map(vectors));
     all.extend(frame.displacement.iter().flat_map(vectors));
-    if let Some(d) = &frame.droplets {
+    for d in frame.droplets.iter().chain(&frame.particles) {
         all.extend(d.position.iter().chain(&d.velocity).flat_map(|v| v.to_array()));
         all.extend(&d.radius);
     }

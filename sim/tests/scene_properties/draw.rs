@@ -494,7 +494,7 @@ impl Draw {
 
     fn event(&mut self) -> Event {
         let (time, position, radius) = (self.wide(0.0, 1e3), self.vec2(), self.length());
-        match self.below(6) {
+        match self.below(7) {
             0 => Event::Drop {
                 time,
                 position,
@@ -529,6 +529,10 @@ impl Draw {
                 flow: Some(self.number(-1e3, 1e3)),
                 series: None,
                 points: Vec::new(),
+            },
+            5 => Event::Tilt {
+                time,
+                gravity: Vec3::new(self.number(-1e4, 1e4), -9.81, self.number(-1e4, 1e4)),
             },
             _ => Event::Rain {
                 start: time,

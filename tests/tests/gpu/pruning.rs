@@ -90,7 +90,10 @@ fn pipelines_hold_no_code_for_what_is_not_there() {
             Piece::HeightfieldEdges,
             Piece::Foreign,
         ];
-        optional.into_iter().filter(|p| pieces.contains(p)).collect::<Vec<_>>()
+        optional
+            .into_iter()
+            .filter(|p| pieces.contains(p))
+            .collect::<Vec<_>>()
     };
     for technique in [Technique::Heightfield, Technique::TwoPhase] {
         assert_eq!(code("swell", technique), [Piece::SkyPicture], "{technique:?}");

@@ -10,6 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use image::RgbImage;
 use image::codecs::png;
+use meniscus::app::model::history::TITLES;
 use meniscus::app::model::player::{Mode, Player};
 use meniscus::app::viewer::Viewer;
 use std::path::{Path, PathBuf};
@@ -217,7 +218,7 @@ fn a_live_run_in_light_colours_with_plots_and_a_message() {
     }
     rest(&mut window);
     // Times are not the same every time.
-    window.state_mut().layout.plotted = vec![true, true, true, false, false, false, false];
+    window.state_mut().layout.plotted = (0..TITLES.len()).map(|k| k < 3).collect();
     window
         .state_mut()
         .player

@@ -35,13 +35,13 @@ pub struct Layout {
 impl Default for Layout {
     fn default() -> Self {
         let shown = ["Volume", "Energy", "Time of a frame"];
-        let quantities = super::model::history::QUANTITIES.iter();
+        let titles = super::model::history::TITLES.iter();
         Self {
             side: true,
             plots: false,
             help: false,
             open: false,
-            plotted: quantities.map(|q| shown.contains(&q.title)).collect(),
+            plotted: titles.map(|title| shown.contains(title)).collect(),
             path: String::new(),
             overrides: String::new(),
             second: false,
@@ -254,6 +254,9 @@ impl Viewer {
             session.clock.playing = false;
         }
         let replayed = session.replay().is_some();
+        if shifted(Key::L) && replayed {
+            session.clock.looping = !session.clock.looping;
+        }
         if pressed(Key::L) && session.failed.is_none() {
             session.clock.shuttle(false);
         }

@@ -238,12 +238,12 @@ fn channel_items(
     std::iter::once((true, elevation)).chain(optional).collect()
 }
 
-/// Bytes of a channel in one frame; [`Channels::NONE`] stands for the elevation. Droplets come and go, and count once
+/// Bytes of a channel in one frame; [`Channels::NONE`] stands for the elevation. Droplets and particles come and go, and count once
 /// there are some.
 pub(super) fn channel_bytes(scene: &Scene, channel: Channels) -> u64 {
     let samples = scene.grid.len() as u64;
     match channel {
-        Channels::DROPLETS => 0,
+        Channels::DROPLETS | Channels::PARTICLES => 0,
         Channels::BODIES => (scene.description.objects.len() * size_of::<meniscus_sim::BodyPose>()) as u64,
         Channels::VELOCITY | Channels::DISPLACEMENT => 8 * samples,
         _ => 4 * samples,

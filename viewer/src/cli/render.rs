@@ -17,6 +17,7 @@ use super::resume::Subject;
 use clap::Args;
 use meniscus_render_cpu::{Whitted, camera};
 use meniscus_sim::Frame;
+use meniscus_sim::knobs::Turned;
 use meniscus_sim::render::{Image, RenderError, RenderReport, Renderer, View};
 use serde::Serialize;
 use std::ops::Range;
@@ -167,16 +168,19 @@ pub(super) fn draw(args: &RenderArgs, console: &Console, interrupt: Interrupt) -
 /// As [`draw`].
 pub(crate) fn draw_from(
     args: &RenderArgs,
-    place: Option<&View>,
+    seen: Option<(&View, &Turned)>,
     console: &Console,
     interrupt: Interrupt,
 ) -> Result<Rendered, Failure> {
     let kind = PictureKind::of(&args.out)?;
-    let renderer = live::renderer(&args.renderer)?;
+    let mut renderer = live::renderer(&args.renderer)?;
     claim::writable(&args.out)?;
     claim::differs(&args.out, &args.input)?;
     let input = Input::open(&args.input, &args.overrides.set, console)?;
-    let mut job = Job::new(args, place, kind, input, renderer)?;
+    if let Some((_, turned)) = seen {
+        renderer.turn(turned);
+    }
+    let mut job = Job::new(args, seen.map(|(view, _)| view), kind, input, renderer)?;
     job.draw(console, interrupt)
 }
 

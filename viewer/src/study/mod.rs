@@ -35,7 +35,13 @@ mod shallow_water;
 mod shallow_water_coupling;
 #[cfg(feature = "sph")]
 mod sph;
+#[cfg(feature = "sph")]
+mod sph_pressure;
+#[cfg(feature = "sph")]
+mod sph_surface;
 mod stability;
+#[cfg(feature = "sph")]
+mod stability_sph;
 #[cfg(test)]
 mod subset;
 #[cfg(feature = "gpu")]

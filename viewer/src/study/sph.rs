@@ -2,9 +2,8 @@
 
 use super::case::{Against, Case, Curves, Outcome, Run, Study};
 use super::measure::Probe;
-use meniscus_sim::glam::{UVec2, Vec2, Vec3};
-use meniscus_sim::sph::{Boundary, Extractor, Fluid, Model, Root, Settings, cases};
-use meniscus_sim::{Channels, Frame, Grid, GridSpec};
+use super::{sph_pressure, sph_surface};
+use meniscus_sim::sph::{Model, Settings, cases};
 
 /// The study.
 pub(crate) struct SphStudy;
@@ -17,8 +16,6 @@ const PERIOD: &str = "period, relative error";
 const DEPTH: &str = "depth, largest relative error";
 const PRESSURE: &str = "pressure, relative error";
 const COMPRESSION: &str = "mean compression";
-/// Root mean square over the columns.
-const HEIGHT: &str = "height (particle spacings)";
 
 /// T and Z of Martin & Moyce 1952, n² = 2, by the width of the column in inches.
 const MARTIN_MOYCE: [(f32, &str); 2] = [
@@ -42,7 +39,7 @@ impl Study for SphStudy {
     }
 
     fn summary(&self) -> &'static str {
-        "dfsph and mcg03 against the dam of Martin & Moyce, sloshing and still water; the surface against its finest form"
+        "dfsph and mcg03 against measured dam breaks, sloshing and still water; the surface against a fine 3-D one"
     }
 
     fn about(&self) -> &'static str {
@@ -51,8 +48,9 @@ impl Study for SphStudy {
          one particle thick and compared with the surge front that Martin & Moyce measured in 1952, with the period of \
          the first sloshing mode by linear theory, and with a column at rest: its depth, its pressure and the compression \
          that its densities show.\n\n\
-         The last case takes the surface of particles in a wave as a heightfield and compares it with the same \
-         potential searched in steps of an eighth of a spacing and solved to the precision of the numbers."
+         A column that collapses onto a wall is compared with the pressures that Lobovský et al. measured there in 2014. \
+         The last case takes the surface of particles in a wave and in a splash as a heightfield, and compares it with the same \
+         potential in double precision over a fine grid in space: the highest place where it reaches its level."
     }
 
     fn expectations(&self) -> &'static str {
@@ -65,11 +63,17 @@ impl Study for SphStudy {
             .into_iter()
             .filter(|n| *n <= fine)
             .collect();
-        Ok(vec![dam(&sweep)?, sloshing(&sweep), still(&sweep), surface()])
+        Ok(vec![
+            dam(&sweep)?,
+            sph_pressure::probes(if quick { &[10.0, 20.0, 30.0] } else { &sweep })?,
+            sloshing(&sweep),
+            still(&sweep),
+            sph_surface::surface(),
+        ])
     }
 }
 
-fn water(model: Model, spacing: f32, depth: f32) -> Settings {
+pub(super) fn water(model: Model, spacing: f32, depth: f32) -> Settings {
     Settings {
         model,
         stiffness: 100.0 * 9.81 * depth,
@@ -170,68 +174,5 @@ fn still(sweep: &[f32]) -> Case {
             })
             .collect(),
         runs,
-    }
-}
-
-/// Particles in a tank whose surface is a wave, in slight disorder, and the ground below.
-fn wave() -> anyhow::Result<(Fluid, Grid<f32>, f32)> {
-    let (d, length, breadth) = (0.02_f32, 1.2, 0.6);
-    let low = Vec2::ZERO;
-    let mut fluid = Fluid::new(
-        Settings::water(d),
-        Boundary::tank(low, Vec2::new(length, breadth), 0.0),
-    );
-    let mut rng = meniscus_sim::rng::Rng::new(7, 0);
-    let count = |l: f32| (l / d).round() as u32;
-    for z in 0..count(breadth) {
-        for x in 0..count(length) {
-            let at = d * Vec2::new(x as f32 + 0.5, z as f32 + 0.5);
-            let top = 0.3 + 0.04 * (10.0 * at.x).sin() * (7.0 * at.y).cos();
-            for y in 0..count(top) {
-                let mut aside = || 0.2 * d * (rng.uniform_f32() - 0.5);
-                let p = Vec3::new(at.x + aside(), d * (y as f32 + 0.5) + aside(), at.y + aside());
-                fluid.add(p, Vec3::ZERO);
-            }
-        }
-    }
-    let spec = GridSpec::new(
-        low,
-        0.5 * d,
-        UVec2::new(count(2.0 * length) + 1, count(2.0 * breadth) + 1),
-    )?;
-    Ok((fluid, Grid::filled(spec, 0.0), d))
-}
-
-fn surface() -> Case {
-    let runs = [("fast", Root::Fast), ("exact", Root::Exact)].map(|(name, root)| {
-        Run::new(name, 1.0, move |probe: &mut Probe| {
-            let (fluid, ground, d) = wave()?;
-            let spec = *ground.spec();
-            let extract = |root| {
-                let mut frame = Frame::new(spec);
-                Extractor::new(spec, d, root).extract(&fluid, &ground, Channels::NONE, false, &mut frame);
-                frame.elevation
-            };
-            let found = probe.time(|| extract(root));
-            let truth = extract(Root::Exact);
-            let square: f64 = found
-                .as_slice()
-                .iter()
-                .zip(truth.as_slice())
-                .map(|(a, b)| f64::from((a - b) / d).powi(2))
-                .sum();
-            Ok(Outcome::of(HEIGHT, (square / spec.len() as f64).sqrt()))
-        })
-    });
-    Case {
-        name: "surface",
-        truth: "The same potential, in steps of an eighth of a spacing and solved to the precision of the numbers.".to_owned(),
-        resolution: "samples a half spacing",
-        curves: vec![Curves {
-            metric: HEIGHT,
-            against: Against::Cpu,
-            slopes: &[],
-        }],
-        runs: runs.into(),
     }
 }

@@ -10,15 +10,14 @@ use meniscus_sim::rng::Rng;
 use meniscus_sim::scene::description::{
     Procedural, ShallowWater, ShallowWaterScheme, Solver as Choice, Wave, WaveEquation, WaveScheme,
 };
-use meniscus_sim::solver::StepError;
-use meniscus_sim::{Channels, Frame, Grid, GridSpec, Scene, Solver, solvers};
+use meniscus_sim::{Channels, Frame, Grid, GridSpec, Scene, Solver, solver::StepError, solvers};
 use std::sync::Arc;
 
 /// The study.
 pub(crate) struct StabilityStudy;
 
 /// By how much the surface outgrows what it may, relative; 0 where it does not and where the step was refused.
-const GROWTH: &str = "growth beyond the bound";
+pub(super) const GROWTH: &str = "growth beyond the bound";
 
 /// Steps asked for, in largest stable steps of the explicit scheme (or, without one, in wave periods).
 const STEPS: [f64; 8] = [0.01, 0.1, 0.5, 0.99, 2.0, 10.0, 100.0, 1000.0];
@@ -83,15 +82,16 @@ impl Study for StabilityStudy {
                 runs,
             });
         }
+        #[cfg(feature = "sph")]
+        cases.extend(super::stability_sph::cases());
         Ok(cases)
     }
 
     fn maps(&self, rows: &[Row]) -> Vec<Map> {
-        Method::ALL
-            .iter()
-            .map(|method| map(*method, rows))
-            .filter(|m| !m.rows.is_empty())
-            .collect()
+        let maps = Method::ALL.iter().map(|method| map(*method, rows));
+        #[cfg(feature = "sph")]
+        let maps = maps.chain(super::stability_sph::maps(rows));
+        maps.filter(|m| !m.rows.is_empty()).collect()
     }
 }
 
@@ -555,7 +555,7 @@ impl Totals {
 }
 
 /// The first clause of an error.
-fn brief(error: &StepError) -> String {
+pub(super) fn brief(error: &StepError) -> String {
     let text = error.to_string();
     text.split(';').next().unwrap_or(&text).to_owned()
 }
@@ -584,7 +584,7 @@ fn map(method: Method, rows: &[Row]) -> Map {
     }
 }
 
-fn cell(row: &Row) -> Cell {
+pub(super) fn cell(row: &Row) -> Cell {
     let note = row.note.as_str();
     let (kind, text) = if !row.ok {
         (CellKind::Wrong, "wrong".to_owned())

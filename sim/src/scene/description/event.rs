@@ -70,6 +70,13 @@ pub enum Event {
         #[serde(default)]
         spin: Vec3,
     },
+    /// Gravity turns at once, as when a vessel is tilted.
+    Tilt {
+        /// Seconds.
+        time: f64,
+        /// Gravity from then on, m/s².
+        gravity: Vec3,
+    },
     /// A depression that travels from one point to another, pressing as it goes (a boat's path, a gust).
     Sweep {
         /// First moment, seconds.

@@ -118,7 +118,7 @@ pub enum SphDroplets {
     /// Those thrown clear of the surface.
     #[default]
     Clear,
-    /// All, for export.
+    /// All, so that pictures show them.
     All,
 }
 

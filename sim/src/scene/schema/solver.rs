@@ -163,7 +163,7 @@ const FRONT: &[Key] = &[
     required("radius", POSITIVE_LENGTH),
 ];
 
-const ACCELERATION: Kind = Vector(3, Bare, Range::new(-1e4, 1e4));
+pub(super) const ACCELERATION: Kind = Vector(3, Bare, Range::new(-1e4, 1e4));
 
 const TILT: &[Key] = &[required("time", TIME), required("gravity", ACCELERATION)];
 

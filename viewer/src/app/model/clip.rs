@@ -5,6 +5,7 @@ use super::latest::Latest;
 use crate::cli::render::draw_from;
 use crate::cli::{Console, FrameRange, ImageSize, Interrupt, Overrides, RenderArgs, Verbosity};
 use meniscus_sim::glam::UVec2;
+use meniscus_sim::knobs::Turned;
 use meniscus_sim::render::View;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -58,6 +59,8 @@ pub struct Seen {
     pub recording: PathBuf,
     /// Name of the renderer.
     pub renderer: String,
+    /// What of it was changed.
+    pub turned: Turned,
     /// From where; the size is the clip's.
     pub view: View,
     /// Exposure in stops.
@@ -97,11 +100,11 @@ pub fn write(
         out: out.to_owned(),
         json: false,
     };
-    let view = seen.view;
+    let (view, turned) = (seen.view, seen.turned);
     let draw = move || {
         let console = Console::new(Verbosity::Quiet);
         let outcome = Interrupt::install()
-            .and_then(|interrupt| draw_from(&args, Some(&view), &console, interrupt))
+            .and_then(|interrupt| draw_from(&args, Some((&view, &turned)), &console, interrupt))
             .map(|rendered| rendered.text())
             .map_err(|failure| failure.to_string());
         drop(done.put(outcome));

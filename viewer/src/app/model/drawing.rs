@@ -5,7 +5,6 @@
 
 use super::display::Display;
 use super::latest::Latest;
-use super::renderers::Turned;
 use super::{Moment, Wake, tile};
 use crate::cli::progressive::Passes;
 use eframe::wgpu;
@@ -15,6 +14,7 @@ use meniscus_render_gpu::GpuRenderer;
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::Scene;
 use meniscus_sim::glam::{UVec2, Vec3};
+use meniscus_sim::knobs::Turned;
 use meniscus_sim::render::{Image, RenderError, Renderer, View};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -324,7 +324,7 @@ impl Worker {
             pass: passes.count(),
             ..order.view_of(second)
         };
-        made.turn(&side.turned);
+        made.renderer().turn(&side.turned);
         let orders = &self.orders;
         let go_on = |_: f32| !Self::overtaken(orders, order.at_rest);
         let start = Instant::now();

@@ -11,8 +11,11 @@ const MOST: usize = 20_000;
 /// Density of water that reports count with, kg/m³.
 const DENSITY: f64 = 1000.0;
 
+/// Named stages with their seconds.
+pub type Stages = Vec<(&'static str, f64)>;
+
 /// What is known of one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Its time in seconds.
     pub time: f64,
@@ -20,82 +23,145 @@ pub struct Row {
     pub report: Option<StepReport>,
     /// Seconds that solving or decoding took, and handing it to the recording.
     pub seconds: [f64; 2],
+    /// Where the time of solving went.
+    pub solving: Stages,
     /// Seconds that drawing it took, where it was drawn.
     pub drawing: Option<f64>,
+    /// Where that time went: passes of a graphics adapter, or stages on the processor.
+    pub passes: Stages,
     /// Elevation at the probe, metres.
     pub probe: Option<f32>,
 }
 
-/// A curve: its name, and how it is read of a row.
-pub type Curve = (&'static str, fn(&Row) -> Option<f64>);
+/// How a curve is read of a row.
+#[derive(Clone, Copy, Debug)]
+pub enum Read {
+    /// A quantity.
+    Of(fn(&Row) -> Option<f64>),
+    /// Milliseconds of a stage of the solver.
+    Solving(&'static str),
+    /// Milliseconds of a pass, or stage, of the renderer.
+    Drawing(&'static str),
+}
 
-/// A quantity that can be plotted: its name with unit, and how it is read.
+impl Read {
+    /// The value, where the row has it.
+    pub fn of(&self, row: &Row) -> Option<f64> {
+        let stage = |stages: &Stages, name: &str| {
+            let found = stages.iter().find(|(known, _)| *known == name);
+            found.map(|(_, seconds)| 1e3 * seconds)
+        };
+        match self {
+            Self::Of(read) => read(row),
+            Self::Solving(name) => stage(&row.solving, name),
+            Self::Drawing(name) => stage(&row.passes, name),
+        }
+    }
+}
+
+/// A curve: its name, and how it is read.
+pub type Curve = (&'static str, Read);
+
+/// A quantity that can be plotted.
+#[derive(Clone, Debug)]
 pub struct Quantity {
     /// Title of the plot.
     pub title: &'static str,
     /// Unit of the axis.
     pub unit: &'static str,
     /// Curves by name.
-    pub curves: &'static [Curve],
+    pub curves: Vec<Curve>,
 }
 
-/// What can be plotted against time.
-pub const QUANTITIES: [Quantity; 7] = [
-    Quantity {
-        title: "Volume",
-        unit: "m³",
-        curves: &[("volume", |row| Some(row.report?.mass / DENSITY))],
-    },
-    Quantity {
-        title: "Momentum",
-        unit: "kg m/s",
-        curves: &[
-            ("along X", |row| Some(row.report?.momentum[0])),
-            ("along Z", |row| Some(row.report?.momentum[1])),
-        ],
-    },
-    Quantity {
-        title: "Energy",
-        unit: "J",
-        curves: &[("energy", |row| Some(row.report?.energy))],
-    },
-    Quantity {
-        title: "Courant and Froude",
-        unit: "",
-        curves: &[
-            ("largest Courant number", |row| Some(row.report?.courant)),
-            ("largest Froude number", |row| Some(row.report?.froude)),
-        ],
-    },
-    Quantity {
-        title: "Sub-steps",
-        unit: "a frame",
-        curves: &[
-            ("sub-steps", |row| Some(f64::from(row.report?.substeps))),
-            ("clamps", |row| Some(row.report?.clamps as f64)),
-        ],
-    },
-    Quantity {
-        title: "Time of a frame",
-        unit: "ms",
-        curves: &[
-            ("solving or decoding", |row| Some(1e3 * row.seconds[0])),
-            ("recording", |row| Some(1e3 * row.seconds[1])),
-            ("drawing", |row| Some(1e3 * row.drawing?)),
-        ],
-    },
-    Quantity {
-        title: "Probe",
-        unit: "m",
-        curves: &[("elevation", |row| Some(f64::from(row.probe?)))],
-    },
+/// Titles of what can be plotted against time.
+pub const TITLES: [&str; 9] = [
+    "Volume",
+    "Momentum",
+    "Energy",
+    "Courant and Froude",
+    "Sub-steps",
+    "Time of a frame",
+    "Stages of solving",
+    "Passes of drawing",
+    "Probe",
 ];
+
+/// Curves that every history has, with titles and units.
+fn fixed() -> Vec<(&'static str, &'static str, Vec<Curve>)> {
+    vec![
+        (
+            TITLES[0],
+            "m³",
+            vec![("volume", Read::Of(|row| Some(row.report?.mass / DENSITY)))],
+        ),
+        (
+            TITLES[1],
+            "kg m/s",
+            vec![
+                ("along X", Read::Of(|row| Some(row.report?.momentum[0]))),
+                ("along Z", Read::Of(|row| Some(row.report?.momentum[1]))),
+            ],
+        ),
+        (
+            TITLES[2],
+            "J",
+            vec![("energy", Read::Of(|row| Some(row.report?.energy)))],
+        ),
+        (
+            TITLES[3],
+            "",
+            vec![
+                (
+                    "largest Courant number",
+                    Read::Of(|row| Some(row.report?.courant)),
+                ),
+                ("largest Froude number", Read::Of(|row| Some(row.report?.froude))),
+            ],
+        ),
+        (
+            TITLES[4],
+            "a frame",
+            vec![
+                ("sub-steps", Read::Of(|row| Some(f64::from(row.report?.substeps)))),
+                ("clamps", Read::Of(|row| Some(row.report?.clamps as f64))),
+            ],
+        ),
+        (
+            TITLES[5],
+            "ms",
+            vec![
+                ("solving or decoding", Read::Of(|row| Some(1e3 * row.seconds[0]))),
+                ("recording", Read::Of(|row| Some(1e3 * row.seconds[1]))),
+                ("drawing", Read::Of(|row| Some(1e3 * row.drawing?))),
+            ],
+        ),
+        (TITLES[6], "ms", Vec::new()),
+        (TITLES[7], "ms", Vec::new()),
+        (
+            TITLES[8],
+            "m",
+            vec![("elevation", Read::Of(|row| Some(f64::from(row.probe?))))],
+        ),
+    ]
+}
 
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     rows: BTreeMap<u64, Row>,
     changes: u64,
+    /// Names of stages and passes, in the order in which they were met.
+    solving: Vec<&'static str>,
+    drawing: Vec<&'static str>,
+}
+
+/// Takes up the names that are new.
+fn meet(names: &mut Vec<&'static str>, stages: &Stages) {
+    for (name, _) in stages {
+        if !names.contains(name) {
+            names.push(name);
+        }
+    }
 }
 
 impl History {
@@ -114,12 +180,51 @@ impl History {
         row
     }
 
-    /// Drawing frame `index` took so many seconds; nothing if it is not known any more.
-    pub fn drawn(&mut self, index: u64, seconds: f64) {
+    /// Solving frame `index` took this in its stages; nothing if it is not known any more.
+    pub fn solved(&mut self, index: u64, stages: Stages) {
         if let Some(row) = self.rows.get_mut(&index) {
-            row.drawing = Some(seconds);
+            meet(&mut self.solving, &stages);
+            row.solving = stages;
             self.changes += 1;
         }
+    }
+
+    /// Drawing frame `index` took so many seconds, and this in its passes; nothing if it is not known any more.
+    pub fn drawn(&mut self, index: u64, seconds: f64, passes: Stages) {
+        if let Some(row) = self.rows.get_mut(&index) {
+            meet(&mut self.drawing, &passes);
+            row.drawing = Some(seconds);
+            row.passes = passes;
+            self.changes += 1;
+        }
+    }
+
+    /// Stages of solving the latest frame whose stages are known.
+    pub fn latest_stages(&self) -> &[(&'static str, f64)] {
+        let mut latest = self.rows.values().rev().take(8);
+        let known = latest.find(|row| !row.solving.is_empty());
+        known.map_or(&[], |row| &row.solving)
+    }
+
+    /// What can be plotted, in the order of [`TITLES`], with the stages and passes that were met so far.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let quantity = |(title, unit, mut curves): (&'static str, &'static str, Vec<Curve>)| {
+            if title == TITLES[6] {
+                curves = self
+                    .solving
+                    .iter()
+                    .map(|name| (*name, Read::Solving(name)))
+                    .collect();
+            } else if title == TITLES[7] {
+                curves = self
+                    .drawing
+                    .iter()
+                    .map(|name| (*name, Read::Drawing(name)))
+                    .collect();
+            }
+            Quantity { title, unit, curves }
+        };
+        fixed().into_iter().map(quantity).collect()
     }
 
     /// Counts what may have changed: as long as it stands, the rows do.
@@ -146,6 +251,8 @@ impl History {
     pub fn clear(&mut self) {
         self.changes += 1;
         self.rows.clear();
+        self.solving.clear();
+        self.drawing.clear();
     }
 
     /// Forgets what the probe saw, because it stands elsewhere now.
@@ -164,8 +271,9 @@ impl History {
         let write = || -> std::io::Result<()> {
             let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
             write!(out, "frame,time s")?;
-            for quantity in &QUANTITIES {
-                for (name, _) in quantity.curves {
+            let quantities = self.quantities();
+            for quantity in &quantities {
+                for (name, _) in &quantity.curves {
                     let unit = if quantity.unit.is_empty() {
                         String::new()
                     } else {
@@ -177,8 +285,8 @@ impl History {
             writeln!(out)?;
             for (index, row) in &self.rows {
                 write!(out, "{index},{}", row.time)?;
-                for (_, read) in QUANTITIES.iter().flat_map(|quantity| quantity.curves) {
-                    match read(row) {
+                for (_, read) in quantities.iter().flat_map(|quantity| &quantity.curves) {
+                    match read.of(row) {
                         Some(value) => write!(out, ",{value}")?,
                         None => write!(out, ",")?,
                     }
@@ -207,6 +315,10 @@ mod tests {
         }
         history.clear();
         history.row(4, 0.4).probe = Some(0.25);
+        history.drawn(4, 0.01, vec![("water", 0.004), ("ground", 0.006)]);
+        history.solved(4, vec![("flow", 0.002)]);
+        // Of a frame that is not known nothing is kept.
+        history.drawn(9, 0.01, vec![("no such pass", 1.0)]);
         history.row(3, 0.3).report = Some(StepReport {
             mass: 2000.0,
             ..StepReport::default()
@@ -217,13 +329,18 @@ mod tests {
         let text = std::fs::read_to_string(&file).unwrap();
         let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
         assert_eq!(lines.len(), 3);
-        let columns = 2 + QUANTITIES.iter().map(|q| q.curves.len()).sum::<usize>();
+        let columns = 2 + history.quantities().iter().map(|q| q.curves.len()).sum::<usize>();
         assert!(lines.iter().all(|line| line.len() == columns), "{text}");
         assert_eq!((lines[1][0], lines[1][2], lines[1][columns - 1]), ("3", "2", ""));
         assert_eq!(
             (lines[2][0], lines[2][2], lines[2][columns - 1]),
             ("4", "", "0.25")
         );
+        for (name, value) in [("flow ms", "2"), ("water ms", "4"), ("ground ms", "6")] {
+            let column = lines[0].iter().position(|title| *title == name).unwrap();
+            assert_eq!((lines[1][column], lines[2][column]), ("", value), "{text}");
+        }
+        assert!(!text.contains("no such pass"));
         history.clear_probe();
         assert!(history.rows().all(|row| row.probe.is_none()));
     }

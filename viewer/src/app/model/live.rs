@@ -1,5 +1,6 @@
 //! A scene that is run by a thread of its own, and acted upon.
 
+use super::history::Stages;
 use super::latest::Latest;
 use super::{Moment, Wake};
 use crate::cli::live as runs;
@@ -25,6 +26,8 @@ pub enum Command {
     Step,
     /// Simulated seconds a second to keep to, as far as the solver can.
     Speed(f64),
+    /// Take at most so many sub-steps in [`PICTURE`] seconds of the clock, and rather run slower; 0 for as many as it takes.
+    MostSubsteps(u32),
     /// Begin again.
     Reset,
     /// Record from the latest frame on.
@@ -36,8 +39,8 @@ pub enum Command {
 /// What a live run tells, besides frames.
 #[derive(Debug)]
 pub enum News {
-    /// A frame was made: number, time, totals, seconds it took to solve and to hand to the recording.
-    Made(u64, f64, StepReport, [f64; 2]),
+    /// A frame was made: number, time, totals, seconds it took to solve and to hand to the recording, and in which stages.
+    Made(u64, f64, StepReport, [f64; 2], Stages),
     /// It began again: what follows are frames of another run.
     Began,
     /// Recording began.
@@ -52,6 +55,9 @@ pub enum News {
 
 /// Simulated seconds that may be made up for when solving falls behind, seconds of the clock.
 const MOST_BEHIND: f64 = 0.25;
+
+/// Seconds of the clock that a picture stands on a usual screen: sub-steps are limited in each.
+pub const PICTURE: f64 = 1.0 / 60.0;
 
 /// Frames whose clock the real-time factor is taken from.
 const FACTOR_FRAMES: usize = 30;
@@ -91,6 +97,8 @@ impl Live {
             wake,
             running: false,
             speed: 1.0,
+            most_substeps: 0,
+            earliest: None,
             made: VecDeque::new(),
             pool: Vec::new(),
             latest: None,
@@ -201,6 +209,9 @@ struct Runner {
     wake: Wake,
     running: bool,
     speed: f64,
+    most_substeps: u32,
+    /// Before which the next frame is not to be made, so that sub-steps stay within their limit.
+    earliest: Option<Instant>,
     /// When the latest frames were made, and their times.
     made: VecDeque<(Instant, f64)>,
     /// Frames that were handed out and may be free again.
@@ -245,7 +256,11 @@ impl Runner {
             // It cannot keep up: from here on again, so that it never has to hurry.
             self.pace = Some(Pace { since: now, time });
         }
-        Some(Duration::from_secs_f64((-behind).max(0.0)))
+        let wait = Duration::from_secs_f64((-behind).max(0.0));
+        let spared = self
+            .earliest
+            .map(|earliest| earliest.saturating_duration_since(now));
+        Some(wait.max(spared.unwrap_or_default()))
     }
 
     fn say(&self, news: News) {
@@ -271,6 +286,12 @@ impl Runner {
             }
             Command::Speed(speed) => {
                 self.speed = speed.max(1e-6);
+                self.pace = None;
+                self.made.clear();
+            }
+            Command::MostSubsteps(most) => {
+                self.most_substeps = most;
+                self.earliest = None;
                 self.pace = None;
                 self.made.clear();
             }
@@ -313,15 +334,25 @@ impl Runner {
         match outcome {
             Some(Ok(Progress::Frame(report))) => {
                 let solved = moment.seconds;
+                let stages = self
+                    .source
+                    .as_ref()
+                    .map_or_else(Vec::new, |source| source.stages().to_vec());
                 let writing = Instant::now();
                 self.latest = Some(Arc::clone(&moment));
                 self.write(&moment);
                 self.count(moment.frame.time);
+                let report = report.unwrap_or_default();
+                self.earliest = (self.most_substeps > 0).then(|| {
+                    let pictures = f64::from(report.substeps) / f64::from(self.most_substeps);
+                    start + Duration::from_secs_f64(PICTURE * pictures)
+                });
                 let made = News::Made(
                     moment.frame.index,
                     moment.frame.time,
-                    report.unwrap_or_default(),
+                    report,
                     [solved, writing.elapsed().as_secs_f64()],
+                    stages,
                 );
                 drop(self.frames.put(Arc::clone(&moment)));
                 self.pool.push(moment);

@@ -10,7 +10,7 @@ use super::live::Command;
 use super::messages::Messages;
 use super::quality::{Pace, Quality, divided};
 use super::recent::Recent;
-use super::renderers::{self, Choices, Turned};
+use super::renderers::{self, Choices};
 use super::replay::Replay;
 use super::session::Session;
 use super::touch::Pointer;
@@ -18,7 +18,8 @@ use crate::cli::input::Input;
 use crate::cli::{Console, Verbosity};
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::glam::UVec2;
-use meniscus_sim::render::PlanItem;
+use meniscus_sim::knobs::Turned;
+use meniscus_sim::render::{PlanItem, Renderer};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -318,7 +319,10 @@ impl Player {
                 }
                 // Of what is open; of what was open before nothing is plotted.
                 if let Some(session) = self.session.as_mut().filter(|_| drawn.number >= self.oldest) {
-                    session.history.drawn(drawn.left.frame, drawn.left.seconds);
+                    let left = &drawn.left;
+                    session
+                        .history
+                        .drawn(left.frame, left.seconds, left.stages.clone());
                 }
                 let here = drawn.is_here();
                 self.drawn = Some(Arc::new(drawn));
@@ -464,14 +468,18 @@ impl Player {
             .last
             .as_ref()
             .map_or(UVec2::new(1280, 720), |inputs| inputs.pixels);
-        let subject = format!("{} {} {size}", self.sessions, self.renderer);
+        let subject = format!("{} {} {size}", self.sessions, self.named(&self.renderer));
         if self.planned_for != subject {
             self.planned_for.clone_from(&subject);
             let (scene, name) = (Arc::clone(&session.scene), self.renderer.clone());
+            let turned = self.turned.get(&name).cloned().unwrap_or_default();
             let (planning, wake) = (Arc::clone(&self.planning), Arc::clone(&self.wake));
             let find = move || {
-                let items = renderers::build(&name)
-                    .map_or_else(|_| Vec::new(), |renderer| renderer.plan(&scene, size));
+                let plan = |mut renderer: Box<dyn Renderer>| {
+                    renderer.turn(&turned);
+                    renderer.plan(&scene, size)
+                };
+                let items = renderers::build(&name).map_or_else(|_| Vec::new(), plan);
                 drop(planning.put((subject, items)));
                 wake();
             };
@@ -527,6 +535,7 @@ impl Player {
         let seen = Seen {
             recording: session.path.clone(),
             renderer: self.renderer.clone(),
+            turned: self.turned.get(&self.renderer).cloned().unwrap_or_default(),
             view: session.camera.view(UVec2::ONE, 1),
             exposure: session.exposure,
             speed: session.clock.speed(),

@@ -4,9 +4,9 @@ use super::drawing::Made;
 use crate::cli::live;
 use meniscus_render_cpu::renderers;
 use meniscus_render_gpu::device::Gpu;
-use meniscus_render_gpu::{GpuRenderer, Knob, Settings, Technique, Value, adapters};
+use meniscus_render_gpu::{GpuRenderer, Settings, Technique, adapters};
+use meniscus_sim::knobs::{Knob, Turned};
 use meniscus_sim::render::Renderer;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A renderer that can be chosen.
@@ -104,32 +104,15 @@ pub fn make(name: &str, shared: Option<&Arc<Gpu>>) -> Result<Made, String> {
     Ok(Made::Resident(Box::new(renderer)))
 }
 
-/// Knobs of a renderer that were turned, by name.
-pub type Turned = BTreeMap<&'static str, Value>;
-
-/// The settings with which the renderer of that name draws; `None` if it has none that can be changed.
-fn settings(name: &str, turned: &Turned) -> Option<Settings> {
-    let mut settings = Settings::new(Technique::from_name(name)?);
-    for (knob, value) in turned {
-        settings.turn(knob, *value);
-    }
-    Some(settings)
-}
-
 /// What of the renderer of that name can be changed, as it says itself.
 pub fn knobs(name: &str, turned: &Turned) -> Vec<Knob> {
-    settings(name, turned).map_or_else(Vec::new, |settings| settings.knobs())
-}
-
-impl Made {
-    /// Turns its knobs.
-    pub fn turn(&mut self, turned: &Turned) {
-        if let Self::Resident(renderer) = self
-            && let Some(settings) = settings(renderer.settings().technique.name(), turned)
-        {
-            renderer.set(settings);
-        }
-    }
+    build(name).map_or_else(
+        |_| Vec::new(),
+        |mut renderer| {
+            renderer.turn(turned);
+            renderer.knobs()
+        },
+    )
 }
 
 #[cfg(test)]

@@ -6,13 +6,13 @@ use super::drawing::Side;
 use super::history::History;
 use super::live::{Command, Live, News};
 use super::messages::Messages;
-use super::renderers::Turned;
 use super::replay::Replay;
 use super::touch::Touch;
 use super::{Moment, Wake};
 use crate::cli::input::Input;
 use meniscus_sim::events::Schedule;
 use meniscus_sim::glam::{UVec2, Vec2};
+use meniscus_sim::knobs::Turned;
 use meniscus_sim::{Channels, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -92,7 +92,9 @@ pub struct Session {
     pub other: Option<Replay>,
     /// Times at which the scene's own events act on the water.
     pub markers: Vec<f64>,
-    told: (bool, f64),
+    /// Most sub-steps that a live run takes while a picture stands on a usual screen; 0 for as many as it takes.
+    pub most_substeps: u32,
+    told: (bool, f64, u32),
     /// The damaged frame that was told of last.
     damaged: Option<usize>,
 }
@@ -131,7 +133,8 @@ impl Session {
             failed: None,
             other: None,
             markers: event_times(&scene, scene.description.duration.max(range.1)),
-            told: (false, 1.0),
+            most_substeps: 0,
+            told: (false, 1.0, 0),
             damaged: None,
             scene,
             source,
@@ -203,20 +206,24 @@ impl Session {
         let Source::Live(live) = &self.source else {
             return;
         };
-        let wanted = (self.clock.playing, self.clock.speed());
+        let wanted = (self.clock.playing, self.clock.speed(), self.most_substeps);
         if wanted.0 != self.told.0 {
             live.tell(Command::Run(wanted.0));
         }
         if wanted.1 != self.told.1 {
             live.tell(Command::Speed(wanted.1));
         }
+        if wanted.2 != self.told.2 {
+            live.tell(Command::MostSubsteps(wanted.2));
+        }
         self.told = wanted;
         for news in live.news() {
             match news {
-                News::Made(index, time, report, seconds) => {
+                News::Made(index, time, report, seconds, stages) => {
                     let row = self.history.row(index, time);
                     row.report = Some(report);
                     row.seconds = seconds;
+                    self.history.solved(index, stages);
                     self.clock.range.1 = time;
                     self.clock.time = time;
                     if let RecordingState::On(_, frames) = &mut self.recording {

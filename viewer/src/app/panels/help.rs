@@ -2,11 +2,12 @@
 
 use eframe::egui::{self, RichText};
 
-const KEYS: [(&str, &str); 22] = [
+const KEYS: [(&str, &str); 23] = [
     ("Space", "play or pause"),
     ("Left, Right", "a frame back or on"),
     ("Shift+Left, Right", "a second back or on"),
     ("J K L", "play back, stop, play; again: faster"),
+    ("Shift+L", "play a recording in a loop"),
     ("Up, Down", "faster, slower"),
     ("Home, End", "first and last frame; Home begins a live run again"),
     ("R", "record a live run, finish the recording"),

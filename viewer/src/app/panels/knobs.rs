@@ -4,7 +4,7 @@ use super::super::model::player::Player;
 use super::super::model::renderers;
 use super::section;
 use eframe::egui::{self, RichText};
-use meniscus_render_gpu::{Knob, Value};
+use meniscus_sim::knobs::{Knob, Value};
 
 /// What the renderer says can be changed.
 pub(super) fn show(ui: &mut egui::Ui, player: &mut Player) {

@@ -1,6 +1,6 @@
 //! Plots against time.
 
-use super::super::model::history::{History, QUANTITIES, Quantity, Row};
+use super::super::model::history::{History, Quantity, Read, Row, TITLES};
 use super::super::model::player::{Player, free_name};
 use super::super::style;
 use super::super::viewer::Layout;
@@ -13,7 +13,16 @@ use std::time::{Duration, Instant};
 const MOST_POINTS: usize = 600;
 
 /// Colours of the curves of a plot.
-const COLORS: [Color32; 3] = [style::ACCENT, style::WARNING, Color32::from_rgb(120, 170, 90)];
+const COLORS: [Color32; 8] = [
+    style::ACCENT,
+    style::WARNING,
+    Color32::from_rgb(120, 170, 90),
+    Color32::from_rgb(190, 110, 170),
+    Color32::from_rgb(110, 120, 200),
+    Color32::from_rgb(200, 90, 80),
+    Color32::from_rgb(90, 170, 170),
+    Color32::from_rgb(150, 140, 100),
+];
 
 /// Rows from which on curves are made anew only now and then.
 const MANY_ROWS: usize = 1000;
@@ -28,6 +37,7 @@ type Basis = (u64, u64, Vec<bool>);
 #[derive(Default)]
 pub(in super::super) struct Curves {
     made: Option<(Basis, Instant)>,
+    quantities: Vec<Quantity>,
     /// A list of curves for each quantity.
     points: Vec<Vec<Vec<PlotPoint>>>,
 }
@@ -51,7 +61,8 @@ impl Curves {
             let curves = quantity.curves.iter().filter(|_| *on);
             curves.map(|(_, read)| points(&rows, *read)).collect()
         };
-        self.points = QUANTITIES.iter().zip(plotted).map(of).collect();
+        self.quantities = history.quantities();
+        self.points = self.quantities.iter().zip(plotted).map(of).collect();
         self.made = Some((basis, Instant::now()));
     }
 }
@@ -65,8 +76,8 @@ pub(in super::super) fn show(
 ) {
     let mut save = false;
     ui.horizontal_wrapped(|ui| {
-        for (quantity, shown) in QUANTITIES.iter().zip(&mut layout.plotted) {
-            ui.toggle_value(shown, quantity.title);
+        for (title, shown) in TITLES.iter().zip(&mut layout.plotted) {
+            ui.toggle_value(shown, *title);
         }
         ui.separator();
         save = ui
@@ -85,7 +96,8 @@ pub(in super::super) fn show(
     let number = player.session_number();
     let Some(session) = &player.session else { return };
     curves.update(number, &session.history, &layout.plotted);
-    let shown: Vec<_> = QUANTITIES
+    let shown: Vec<_> = curves
+        .quantities
         .iter()
         .zip(&curves.points)
         .zip(&layout.plotted)
@@ -123,7 +135,9 @@ pub(in super::super) fn show(
                 ui.vertical(|ui| {
                     ui.label(RichText::new(title).small());
                     plot.show(ui, |plot| {
-                        for (((name, _), points), color) in quantity.curves.iter().zip(points).zip(COLORS) {
+                        for (((name, _), points), color) in
+                            quantity.curves.iter().zip(points).zip(COLORS.into_iter().cycle())
+                        {
                             let points = PlotPoints::Borrowed(points);
                             plot.line(Line::new(*name, points).color(color).width(1.5));
                         }
@@ -143,11 +157,11 @@ pub(in super::super) fn show(
 }
 
 /// A curve of at most [`MOST_POINTS`]: of each group of rows the lowest and the highest.
-fn points(rows: &[&Row], read: fn(&Row) -> Option<f64>) -> Vec<PlotPoint> {
+fn points(rows: &[&Row], read: Read) -> Vec<PlotPoint> {
     let group = (2 * rows.len()).div_ceil(MOST_POINTS).max(1);
     let mut points = Vec::with_capacity(MOST_POINTS + 2);
     for rows in rows.chunks(group) {
-        let values = rows.iter().filter_map(|row| Some((row.time, read(row)?)));
+        let values = rows.iter().filter_map(|row| Some((row.time, read.of(row)?)));
         let mut extremes: Option<[(f64, f64); 2]> = None;
         for value in values {
             let [low, high] = extremes.get_or_insert([value, value]);

@@ -3,7 +3,7 @@
 use super::super::model::clip::{KINDS, SIZES};
 use super::super::model::player::{Mode, Player};
 use super::super::model::quality::{BUDGET, Quality};
-use super::super::model::session::RecordingState;
+use super::super::model::session::{RecordingState, Session};
 use super::super::model::touch::Tool;
 use super::super::style;
 use super::super::timing::Timing;
@@ -281,8 +281,8 @@ fn compare(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout) {
 
 /// Where the time of a frame goes.
 fn costs(ui: &mut egui::Ui, player: &mut Player, timing: &Timing) {
-    if let Some(session) = &player.session
-        && let Some(moment) = &session.moment
+    if let Some(session) = &mut player.session
+        && let Some(moment) = session.moment.clone()
     {
         let name = if session.live().is_some() {
             "solving"
@@ -290,8 +290,14 @@ fn costs(ui: &mut egui::Ui, player: &mut Player, timing: &Timing) {
             "decoding"
         };
         fact(ui, name, seconds(moment.seconds));
+        let stages = session.history.latest_stages();
+        let longest = stages.iter().map(|(_, s)| *s).fold(1e-9, f64::max);
+        for (name, spent) in stages {
+            bar(ui, name, *spent, longest);
+        }
         if let Some(report) = moment.report {
             fact(ui, "sub-steps", report.substeps.to_string());
+            limit_substeps(ui, session);
             fact(ui, "largest Courant number", format!("{:.3}", report.courant));
             if report.froude > 0.0 {
                 fact(ui, "largest Froude number", format!("{:.3}", report.froude));
@@ -313,6 +319,22 @@ fn costs(ui: &mut egui::Ui, player: &mut Player, timing: &Timing) {
     }
     fact(ui, "this window", format!("{} mean", seconds(timing.mean())));
     fact(ui, "longest", seconds(timing.longest()));
+}
+
+/// The limit on sub-steps of a live run.
+fn limit_substeps(ui: &mut egui::Ui, session: &mut Session) {
+    if session.live().is_none() {
+        return;
+    }
+    ui.horizontal(|ui| {
+        let label = ui.label("at most, in 1/60 s");
+        let most = &mut session.most_substeps;
+        ui.add(egui::DragValue::new(most).range(0..=1000).speed(0.1).custom_formatter(|n, _| {
+            if n > 0.0 { format!("{n:.0}") } else { "any number".to_owned() }
+        }))
+        .labelled_by(label.id)
+        .on_hover_text("Sub-steps while a picture stands on the screen: beyond, the run is slower than the clock rather than busier");
+    });
 }
 
 /// A stage as a bar.
@@ -400,13 +422,6 @@ fn clip(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
         ui.add(egui::DragValue::new(&mut clip.samples).range(1..=64))
             .labelled_by(label.id);
     });
-    if player.turned.contains_key(&player.renderer) {
-        ui.label(
-            RichText::new("clips are drawn with the defaults of the renderer")
-                .weak()
-                .small(),
-        );
-    }
     let writing = player.clipping().map(name_of);
     match writing {
         Some(name) => {

@@ -20,7 +20,8 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, folder: &Pa
             ui.separator();
             speed(ui, session);
             if session.replay().is_some() {
-                ui.toggle_value(&mut session.clock.looping, "Loop");
+                ui.toggle_value(&mut session.clock.looping, "Loop")
+                    .on_hover_text("From the end to the beginning (Shift+L)");
             } else {
                 record(ui, session, record_name);
                 if let (Some(path), RecordingState::Off) = (&session.recorded, &session.recording)

@@ -1,0 +1,61 @@
+//! What of the path tracer can be changed while it is looked at.
+
+use super::{Settings, SunThroughWaves};
+use meniscus_sim::knobs::{
+    ABOUT_VISUAL_RANGE, Row, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
+};
+use meniscus_sim::switch_knob;
+
+const SUNS: &[&str] = &["solved for", "left to chance"];
+
+pub(super) const ROWS: &[Row<Settings>] = &[
+    Row {
+        name: "sun through waves",
+        about: "How sunlight that waves refract is found: solved for, or by rays that happen to meet the sun",
+        remakes: false,
+        applies: |_| true,
+        read: |s| Value::Choice {
+            now: usize::from(s.sun_through_waves == SunThroughWaves::Chance),
+            names: SUNS,
+        },
+        write: |s, v| {
+            if let Value::Choice { now, .. } = v {
+                s.sun_through_waves = if now == 0 {
+                    SunThroughWaves::Solved
+                } else {
+                    SunThroughWaves::Chance
+                };
+            }
+        },
+    },
+    switch_knob!(
+        "aim at the sky",
+        "Directions are also chosen by the sky's light: less noise, the same mean",
+        |_| true,
+        false,
+        aim_at_sky
+    ),
+    Row {
+        name: "bounces",
+        about: "Bounces after which a path is given up: few leave light out",
+        remakes: false,
+        applies: |_| true,
+        read: |s| Value::Whole {
+            now: s.most_bounces,
+            range: (1, 256),
+        },
+        write: |s, v| {
+            if let Value::Whole { now, .. } = v {
+                s.most_bounces = now.clamp(1, 256);
+            }
+        },
+    },
+    Row {
+        name: VISUAL_RANGE,
+        about: ABOUT_VISUAL_RANGE,
+        remakes: false,
+        applies: |_| true,
+        read: |s| read_visual_range(s.visual_range),
+        write: |s, v| write_visual_range(&mut s.visual_range, v),
+    },
+];
