@@ -30,7 +30,7 @@ open() {
     shift 2
     "$binary" -v view "$@" 2>"$name.log" &
     process[$name]=$!
-    window[$name]=$(xdotool search --sync --onlyvisible --pid "${process[$name]}" --name Meniscus | head -1)
+    window[$name]=$(xdotool search --all --sync --onlyvisible --pid "${process[$name]}" --name Meniscus | head -1)
     xdotool windowmove "${window[$name]}" "$left" 0 windowsize "${window[$name]}" 1280 800 windowfocus "${window[$name]}"
     sleep 6
     xdotool key --clearmodifiers P
@@ -38,7 +38,11 @@ open() {
 }
 open live 0 "$scene" --set solver.spacing=0.05
 open loop 1280 loop.mrec
-xdotool key --clearmodifiers shift+L
+# By now it may have played to its end: from the beginning, in a loop.
+for key in K Home shift+L space; do
+    xdotool key --clearmodifiers "$key"
+    sleep 1
+done
 
 begin=$SECONDS
 while [ $((SECONDS - begin)) -lt "$seconds" ]; do
