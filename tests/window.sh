@@ -51,7 +51,7 @@ shot split
 key S; sleep 1
 key M; key M; sleep 1
 shot difference
-key C; key P; key L; sleep 5
+key C; key P; key l; sleep 5
 shot plots
 shut
 test -s run_*.png
