@@ -1,10 +1,8 @@
 //! What of a technique can be changed while it is looked at, as the technique itself lists it.
 
 use crate::settings::{Heights, PhotonMap, Settings, Technique, Walk};
-use meniscus_sim::knobs::{
-    self, ABOUT_VISUAL_RANGE, Knob, Row, Turned, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
-};
-use meniscus_sim::switch_knob;
+use meniscus_sim::knobs::{self, Knob, Row, Turned, Value};
+use meniscus_sim::{switch_knob, visual_range_knob, whole_knob};
 
 fn traced(settings: &Settings) -> bool {
     settings.technique == Technique::Heightfield
@@ -55,14 +53,7 @@ const ROWS: &[Row<Settings>] = &[
         true,
         switches.absorption
     ),
-    Row {
-        name: VISUAL_RANGE,
-        about: ABOUT_VISUAL_RANGE,
-        remakes: false,
-        applies: |_| true,
-        read: |s| read_visual_range(s.visual_range),
-        write: |s, v| write_visual_range(&mut s.visual_range, v),
-    },
+    visual_range_knob!(),
     switch_knob!(
         "mirrored objects",
         "What stands above the water is seen in it, besides the sky",
@@ -70,18 +61,14 @@ const ROWS: &[Row<Settings>] = &[
         true,
         switches.self_reflection
     ),
-    Row {
-        name: "interfaces",
-        about: "Surfaces at which a ray is split into a mirrored and a refracted one",
-        remakes: true,
-        applies: traced,
-        read: |s| whole(s.switches.interface_depth, (1, 3)),
-        write: |s, v| {
-            if let Value::Whole { now, .. } = v {
-                s.switches.interface_depth = now.clamp(1, 3);
-            }
-        },
-    },
+    whole_knob!(
+        "interfaces",
+        "Surfaces at which a ray is split into a mirrored and a refracted one",
+        traced,
+        true,
+        (1, 3),
+        switches.interface_depth
+    ),
     Row {
         name: "walk",
         about: "How rays find the water and the ground",

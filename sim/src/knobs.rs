@@ -114,14 +114,45 @@ macro_rules! switch_knob {
     };
 }
 
+/// A [`Row`] of a whole number of which settings have one: name, what it does, which settings have it, whether it remakes shaders, its range, and the field.
+#[macro_export]
+macro_rules! whole_knob {
+    ($name:literal, $about:literal, $applies:expr, $remakes:literal, ($least:literal, $most:literal), $($field:tt)+) => {
+        $crate::knobs::Row {
+            name: $name,
+            about: $about,
+            remakes: $remakes,
+            applies: $applies,
+            read: |s| $crate::knobs::Value::Whole {
+                now: s.$($field)+,
+                range: ($least, $most),
+            },
+            write: |s, v| {
+                if let $crate::knobs::Value::Whole { now, .. } = v {
+                    s.$($field)+ = now.clamp($least, $most);
+                }
+            },
+        }
+    };
+}
+
+/// The [`Row`] of a field `visual_range` in metres, `None` being perfectly clear air.
+#[macro_export]
+macro_rules! visual_range_knob {
+    () => {
+        $crate::knobs::Row {
+            name: "visual range",
+            about: "Distance at which haze leaves 2 % of contrast; the most is perfectly clear air",
+            remakes: false,
+            applies: |_| true,
+            read: |s| $crate::knobs::read_visual_range(s.visual_range),
+            write: |s, v| $crate::knobs::write_visual_range(&mut s.visual_range, v),
+        }
+    };
+}
+
 /// Visual range that counts as perfectly clear air, kilometres.
 const CLEAR: f32 = 1000.0;
-
-/// Name of the knob of visual range, which every renderer with haze has.
-pub const VISUAL_RANGE: &str = "visual range";
-/// What it does.
-pub const ABOUT_VISUAL_RANGE: &str =
-    "Distance at which haze leaves 2 % of contrast; the most is perfectly clear air";
 
 /// The knob of a visual range in metres, `None` being perfectly clear air.
 pub fn read_visual_range(metres: Option<f32>) -> Value {

@@ -1,10 +1,8 @@
 //! What of the path tracer can be changed while it is looked at.
 
 use super::{Settings, SunThroughWaves};
-use meniscus_sim::knobs::{
-    ABOUT_VISUAL_RANGE, Row, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
-};
-use meniscus_sim::switch_knob;
+use meniscus_sim::knobs::{Row, Value};
+use meniscus_sim::{switch_knob, visual_range_knob, whole_knob};
 
 const SUNS: &[&str] = &["solved for", "left to chance"];
 
@@ -35,27 +33,13 @@ pub(super) const ROWS: &[Row<Settings>] = &[
         false,
         aim_at_sky
     ),
-    Row {
-        name: "bounces",
-        about: "Bounces after which a path is given up: few leave light out",
-        remakes: false,
-        applies: |_| true,
-        read: |s| Value::Whole {
-            now: s.most_bounces,
-            range: (1, 256),
-        },
-        write: |s, v| {
-            if let Value::Whole { now, .. } = v {
-                s.most_bounces = now.clamp(1, 256);
-            }
-        },
-    },
-    Row {
-        name: VISUAL_RANGE,
-        about: ABOUT_VISUAL_RANGE,
-        remakes: false,
-        applies: |_| true,
-        read: |s| read_visual_range(s.visual_range),
-        write: |s, v| write_visual_range(&mut s.visual_range, v),
-    },
+    whole_knob!(
+        "bounces",
+        "Bounces after which a path is given up: few leave light out",
+        |_| true,
+        false,
+        (1, 256),
+        most_bounces
+    ),
+    visual_range_knob!(),
 ];

@@ -1,10 +1,8 @@
 //! What of the photon mapper can be changed while it is looked at.
 
 use super::Settings;
-use meniscus_sim::knobs::{
-    ABOUT_VISUAL_RANGE, Row, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
-};
-use meniscus_sim::switch_knob;
+use meniscus_sim::knobs::{Row, Value};
+use meniscus_sim::{switch_knob, visual_range_knob};
 
 /// Bounces that stand for [`Settings::bounces`] being left to the scene.
 const BY_SCENE: u32 = 17;
@@ -27,12 +25,5 @@ pub(super) const ROWS: &[Row<Settings>] = &[
             }
         },
     },
-    Row {
-        name: VISUAL_RANGE,
-        about: ABOUT_VISUAL_RANGE,
-        remakes: false,
-        applies: |_| true,
-        read: |s| read_visual_range(s.visual_range),
-        write: |s, v| write_visual_range(&mut s.visual_range, v),
-    },
+    visual_range_knob!(),
 ];

@@ -1,27 +1,18 @@
 //! What of the `whitted` renderer can be changed while it is looked at.
 
 use super::Settings;
-use meniscus_sim::knobs::{
-    ABOUT_VISUAL_RANGE, Row, VISUAL_RANGE, Value, read_visual_range, write_visual_range,
-};
-use meniscus_sim::switch_knob;
+use meniscus_sim::knobs::{Row, Value};
+use meniscus_sim::{switch_knob, visual_range_knob, whole_knob};
 
 pub(super) const ROWS: &[Row<Settings>] = &[
-    Row {
-        name: "interfaces",
-        about: "Surfaces at which a ray is split into a mirrored and a refracted one",
-        remakes: false,
-        applies: |_| true,
-        read: |s| Value::Whole {
-            now: s.interface_depth,
-            range: (1, 8),
-        },
-        write: |s, v| {
-            if let Value::Whole { now, .. } = v {
-                s.interface_depth = now.clamp(1, 8);
-            }
-        },
-    },
+    whole_knob!(
+        "interfaces",
+        "Surfaces at which a ray is split into a mirrored and a refracted one",
+        |_| true,
+        false,
+        (1, 8),
+        interface_depth
+    ),
     Row {
         name: "least share",
         about: "Share of a pixel below which a ray is left out",
@@ -45,12 +36,5 @@ pub(super) const ROWS: &[Row<Settings>] = &[
         false,
         caustics
     ),
-    Row {
-        name: VISUAL_RANGE,
-        about: ABOUT_VISUAL_RANGE,
-        remakes: false,
-        applies: |_| true,
-        read: |s| read_visual_range(s.visual_range),
-        write: |s, v| write_visual_range(&mut s.visual_range, v),
-    },
+    visual_range_knob!(),
 ];

@@ -75,13 +75,7 @@ impl Bodies {
                 Motion::Fixed => {}
             }
         }
-        self.world.step(h);
-        for k in 0..self.bodies.len() {
-            if self.bodies[k].kind == Kind::Free {
-                self.follow(k, time + h)?;
-            }
-        }
-        Ok(())
+        self.collide(time, h)
     }
 
     /// Stands walls around a round vessel.

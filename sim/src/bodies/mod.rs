@@ -236,6 +236,11 @@ impl Bodies {
                 Motion::Fixed => {}
             }
         }
+        self.collide(time, h)
+    }
+
+    /// Moves the bodies by what they were pushed with, as far as they do not collide.
+    fn collide(&mut self, time: f64, h: f64) -> Result<(), MotionError> {
         self.world.step(h);
         for k in 0..self.bodies.len() {
             if self.bodies[k].kind == Kind::Free {
