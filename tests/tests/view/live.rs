@@ -1,8 +1,9 @@
 //! A live run that is acted upon, recorded and repeated.
 
-use crate::support::{BASIN, Folder, TRAY, run, scene, wait};
+use crate::support::{BASIN, Folder, GLASS, TRAY, run, scene, wait};
 use meniscus::app::model::live::{Command, Live, News, PICTURE};
 use meniscus::app::model::nobody;
+use meniscus::app::model::touch::Tool;
 use meniscus_sim::events::Action;
 use meniscus_sim::glam::{Vec2, Vec3};
 use meniscus_sim::recording::Reader;
@@ -25,16 +26,25 @@ fn reach(live: &Live, index: u64) {
     });
 }
 
-fn random_action(rng: &mut Rng, extent: f32, bodies: bool) -> Action {
+/// What a scene takes besides drops, presses and pushes.
+#[derive(Clone, Copy)]
+struct Takes {
+    bodies: bool,
+    tilts: bool,
+}
+
+fn random_action(rng: &mut Rng, extent: f32, takes: Takes) -> Action {
     let mut place = || Vec2::new(rng.uniform_f32(), rng.uniform_f32()) * extent;
     let (position, velocity) = (place(), (place() - 0.5 * extent) * 0.1);
-    let pick = rng.next_u64() % if bodies { 6 } else { 3 };
+    let kinds = 3 + if takes.bodies { 3 } else { 0 } + u64::from(takes.tilts);
+    let pick = rng.next_u64() % kinds;
     let radius = (0.08 + 0.1 * rng.uniform_f32()) * extent;
     match pick {
         0 => Action::Drop {
             position,
             radius,
-            volume: 0.02 * radius.powi(3),
+            // Particles are poured whole.
+            volume: if takes.tilts { 1.0 } else { 0.02 } * radius.powi(3),
         },
         1 => Action::Press {
             position,
@@ -52,11 +62,17 @@ fn random_action(rng: &mut Rng, extent: f32, bodies: bool) -> Action {
             target: Vec3::new(position.x, 0.3, position.y),
         },
         4 => Action::Release { body: "crate".into() },
-        _ => Action::Shove {
+        5 => Action::Shove {
             body: "crate".into(),
             velocity: Vec3::new(velocity.x, 0.1, velocity.y),
             spin: Vec3::new(0.0, 0.5, 0.0),
         },
+        _ => {
+            let lean = 4.0 * (position / extent - 0.5);
+            Action::Tilt {
+                gravity: Vec3::new(lean.x, -9.5, lean.y),
+            }
+        }
     }
 }
 
@@ -87,7 +103,10 @@ fn played(text: &str, actions: usize, from: u64) {
     let folder = Folder::new();
     let path = folder.path("run.mrec");
     let scene = Arc::new(scene(text));
-    let bodies = !scene.description.objects.is_empty();
+    let takes = Takes {
+        bodies: !scene.description.objects.is_empty(),
+        tilts: Tool::Tilt.idle(&scene).is_none(),
+    };
     let extent = scene.grid.extent().x;
     let live = Live::new(scene, nobody()).unwrap();
     let mut rng = Rng::new(2026, from);
@@ -101,7 +120,7 @@ fn played(text: &str, actions: usize, from: u64) {
         // None, one or several before the next frame.
         for _ in 0..rng.next_u64() % 4 {
             if sent < actions {
-                live.tell(Command::Act(random_action(&mut rng, extent, bodies)));
+                live.tell(Command::Act(random_action(&mut rng, extent, takes)));
                 sent += 1;
             }
         }
@@ -129,6 +148,11 @@ fn a_run_with_a_hundred_random_inputs_repeats_to_the_bit() {
 #[test]
 fn so_does_one_with_bodies_that_is_recorded_from_its_middle_on() {
     played(BASIN, 100, 17);
+}
+
+#[test]
+fn so_does_a_vessel_that_is_tilted_too() {
+    played(GLASS, 100, 5);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod canvas;
+mod clips;
 mod device;
 mod live;
 mod pictures;
 mod player;
 mod support;
+mod touch;

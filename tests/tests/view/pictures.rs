@@ -12,12 +12,17 @@ use image::RgbImage;
 use image::codecs::png;
 use meniscus::app::model::history::TITLES;
 use meniscus::app::model::player::{Mode, Player};
+use meniscus::app::model::quality::Quality;
 use meniscus::app::viewer::Viewer;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Pixels of a whole picture along a pixel of the one that is kept.
 const SHRINK: u32 = 3;
+
+/// The same for a picture of a large screen.
+const SHRINK_LARGE: u32 = 8;
 
 /// Largest mean difference from the kept picture, of 255, and the one that 97 % of the values do not pass. What is not the
 /// same every time is a few digits and the bars of the times.
@@ -27,10 +32,16 @@ const MOST: u8 = 24;
 type Window = Harness<'static, Viewer>;
 
 fn window(player: Player, folder: &Folder, size: [f32; 2], theme: Theme) -> Window {
+    scaled(player, folder, size, theme, 1.0)
+}
+
+/// With `scale` pixels a point.
+fn scaled(player: Player, folder: &Folder, size: [f32; 2], theme: Theme, scale: f32) -> Window {
     let mut viewer = Viewer::new(player, folder.path(""));
     viewer.set_now(0.0);
     Harness::builder()
         .with_size(Vec2::from(size))
+        .with_pixels_per_point(scale)
         .with_theme(theme)
         .with_render_cursor(false)
         .renderer(Canvas::new())
@@ -55,10 +66,19 @@ fn until(window: &mut Window, what: &str, mut done: impl FnMut(&Viewer) -> bool)
 
 /// A window with a file open that stands still, drawn by the processor at rest.
 fn opened(path: &Path, folder: &Folder, size: [f32; 2], theme: Theme) -> Window {
+    settled(window(opening(path), folder, size, theme))
+}
+
+/// A player that opens a file.
+fn opening(path: &Path) -> Player {
     let mut player = player();
     player.messages.clear();
     player.open(path, Vec::new());
-    let mut window = window(player, folder, size, theme);
+    player
+}
+
+/// Waits until the file is open, stands still, and is drawn.
+fn settled(mut window: Window) -> Window {
     until(&mut window, "the first frame", |viewer| {
         viewer.player.session.as_ref().is_some_and(|s| s.moment.is_some())
     });
@@ -96,27 +116,32 @@ fn kept(name: &str) -> PathBuf {
         .join(format!("{name}.png"))
 }
 
-/// The mean of each square of [`SHRINK`] pixels.
-fn shrunk(whole: &image::RgbaImage) -> RgbImage {
-    let (w, h) = (whole.width() / SHRINK, whole.height() / SHRINK);
+/// The mean of each square of `by` pixels.
+fn shrunk(whole: &image::RgbaImage, by: u32) -> RgbImage {
+    let (w, h) = (whole.width() / by, whole.height() / by);
     RgbImage::from_fn(w, h, |x, y| {
         let mut sum = [0_u32; 3];
-        for dy in 0..SHRINK {
-            for dx in 0..SHRINK {
-                let pixel = whole.get_pixel(SHRINK * x + dx, SHRINK * y + dy);
+        for dy in 0..by {
+            for dx in 0..by {
+                let pixel = whole.get_pixel(by * x + dx, by * y + dy);
                 for c in 0..3 {
                     sum[c] += u32::from(pixel[c]);
                 }
             }
         }
         // Four bits a colour: what is kept is small, and what moved shows all the same.
-        image::Rgb(sum.map(|s| ((s / (SHRINK * SHRINK)) as u8) & 0xf0))
+        image::Rgb(sum.map(|s| ((s / (by * by)) as u8) & 0xf0))
     })
 }
 
 fn check(window: &mut Window, name: &str) {
+    compare(window, name, SHRINK);
+}
+
+/// Compares the window with the kept picture, whose pixels are the means of `by` × `by`.
+fn compare(window: &mut Window, name: &str, by: u32) {
     let whole = window.render().unwrap();
-    let now = shrunk(&whole);
+    let now = shrunk(&whole, by);
     let path = kept(name);
     if let Some(folder) = std::env::var_os("MENISCUS_UPDATE") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -251,6 +276,72 @@ fn two_renderers_side_by_side_and_their_difference() {
     }
     assert_eq!(window.state().player.compare.mode, Mode::Difference);
     check(&mut window, "difference");
+}
+
+/// On a large screen the picture has the room, whether letters are as small as the screen can or twice that.
+#[test]
+fn at_3840_by_2160_the_picture_has_the_room() {
+    let folder = Folder::new();
+    let path = folder.record("run.mrec", TRAY);
+    for (scale, theme) in [(1.0, Theme::Light), (2.0, Theme::Dark)] {
+        let mut player = opening(&path);
+        player.quality = Quality::Quarter;
+        let points = Vec2::new(3840.0, 2160.0) / scale;
+        let mut window = settled(scaled(player, &folder, points.into(), theme, scale));
+        // Every pixel of its place is the picture's to draw, and the rest is panels of the usual size in points.
+        let pixels = window.state().pixels();
+        let rest = points - Vec2::new(pixels.x as f32, pixels.y as f32) / scale;
+        assert!((250.0..330.0).contains(&rest.x) && (80.0..120.0).contains(&rest.y), "{rest:?}");
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, points);
+        for label in ["Renderer", "Exposure", "Field of view", "Speed", "Compare", "Plots", "Open"] {
+            let place = window.query_all_by_label(label).next().unwrap().rect();
+            assert!(screen.contains_rect(place) && place.height() < 40.0, "{label} at {place:?}");
+        }
+        window.state_mut().layout.plots = true;
+        for _ in 0..4 {
+            window.step();
+        }
+        let plotted = window.state().pixels();
+        assert!(plotted.y < pixels.y && f64::from(plotted.y) > 0.7 * f64::from(pixels.y), "{plotted}");
+        if scale > 1.0 {
+            window.state_mut().layout.plots = false;
+            rest(&mut window);
+            fold_times(&mut window);
+            compare(&mut window, "large", SHRINK_LARGE);
+        }
+    }
+}
+
+/// A file that the hand of a test drops.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn what_is_dropped_onto_the_window_is_opened_and_plays() {
+    let folder = Folder::new();
+    let path = folder.record("run.mrec", TRAY);
+    let mut player = player();
+    player.messages.clear();
+    let mut window = window(player, &folder, [640.0, 420.0], Theme::Dark);
+    window.step();
+    let dropped = Arc::new(Dropped(path.clone()));
+    window.input_mut().dropped_files.push(dropped);
+    until(&mut window, "the recording", |v| v.player.session.is_some());
+    let session = window.state().player.session.as_ref().unwrap();
+    assert!(session.path == path && session.clock.playing);
+    until(&mut window, "the end", |v| {
+        v.player.session.as_ref().is_some_and(|s| s.clock.time >= 1.0 && !s.clock.playing)
+    });
 }
 
 #[test]

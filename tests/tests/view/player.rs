@@ -1,11 +1,10 @@
 //! What the window does, without a window.
 
 use crate::support::{BASIN, Driven, Folder, TRAY, player, wait};
-use meniscus::app::model::clip::Clip;
 use meniscus::app::model::drawing::Made;
 use meniscus::app::model::live::Command;
 use meniscus::app::model::nobody;
-use meniscus::app::model::player::{Mode, Player};
+use meniscus::app::model::player::{Mode, Player, recording_name};
 use meniscus::app::model::quality::Quality;
 use meniscus::app::model::recent::Recent;
 use meniscus::app::model::renderers::{self, Choices};
@@ -13,11 +12,13 @@ use meniscus::app::model::session::RecordingState;
 use meniscus::app::model::touch::{Pointer, Tool};
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::events::Action;
-use meniscus_sim::glam::Vec2;
+use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::knobs::{Turned, Value};
 use meniscus_sim::recording::Reader;
 use std::io::{Seek as _, SeekFrom, Write as _};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 #[test]
 fn a_recording_plays_seeks_loops_and_stops_at_its_end() {
@@ -270,28 +271,6 @@ fn knobs_of_a_renderer_are_listed_by_it_and_change_the_picture() {
 }
 
 #[test]
-fn a_clip_has_the_frames_that_were_asked_for() {
-    let folder = Folder::new();
-    let mut driven = Driven::opened(&folder.record("run.mrec", TRAY));
-    driven.player.clip = Clip {
-        first: 2,
-        last: 4,
-        size: 0,
-        kind: 2,
-        samples: 1,
-    };
-    driven.player.write_clip(&folder.path(""));
-    assert!(driven.player.clipping().is_some());
-    driven.until("the clip", |p| p.clipping().is_none().then_some(()));
-    for k in 0..=5 {
-        let file = folder.path(&format!("run_{k:06}.png"));
-        assert_eq!(file.exists(), (2..=4).contains(&k), "{}", driven.messages());
-    }
-    let drawn = image::open(folder.path("run_000003.png")).unwrap();
-    assert_eq!((drawn.width(), drawn.height()), (480, 270));
-}
-
-#[test]
 fn a_second_recording_is_shown_at_the_same_time() {
     let folder = Folder::new();
     let slow = folder.record("slow.mrec", TRAY);
@@ -347,6 +326,62 @@ fn when_the_adapter_fails_the_processor_draws_and_says_so() {
     assert!(said.contains("lost") && said.contains("reduced size"), "{said}");
 }
 
+/// Whether the shaders are made at last.
+static MADE: AtomicBool = AtomicBool::new(false);
+
+/// Takes as long as it is told to make a renderer.
+fn slow(name: &str, _: Option<&Arc<Gpu>>) -> Result<Made, String> {
+    while !MADE.load(Ordering::Acquire) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    renderers::make(name, None)
+}
+
+#[test]
+fn time_stands_until_the_first_picture_is_there() {
+    let folder = Folder::new();
+    for path in [folder.record("run.mrec", TRAY), folder.write("tray.toml", TRAY)] {
+        MADE.store(false, Ordering::Release);
+        let choices = Choices::with_adapter(None);
+        let player = Player::with_renderers(choices, Recent::default(), nobody(), slow, None).unwrap();
+        let mut driven = Driven::new(player);
+        driven.player.open(&path, Vec::new());
+        driven.until("the first frame", |p| p.session.as_ref()?.moment.clone());
+        for _ in 0..20 {
+            driven.now += 0.05;
+            driven.player.update(driven.now, UVec2::new(48, 32));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let clock = &driven.player.session.as_ref().unwrap().clock;
+        assert!(driven.player.waits() && clock.playing && clock.time == 0.0, "{clock:?}");
+        assert_eq!(driven.moment().frame.index, 0);
+        MADE.store(true, Ordering::Release);
+        wait("frame 5", || {
+            driven.pass(0.02);
+            (driven.moment().frame.index >= 5).then_some(())
+        });
+    }
+}
+
+/// Nothing works.
+fn none(_: &str, _: Option<&Arc<Gpu>>) -> Result<Made, String> {
+    Err("the device was lost".to_owned())
+}
+
+#[test]
+fn what_cannot_be_drawn_at_all_plays_nevertheless() {
+    let folder = Folder::new();
+    let choices = Choices::with_adapter(None);
+    let player = Player::with_renderers(choices, Recent::default(), nobody(), none, None).unwrap();
+    let mut driven = Driven::new(player);
+    driven.player.open(&folder.record("run.mrec", TRAY), Vec::new());
+    wait("the end", || {
+        driven.pass(0.02);
+        (driven.player.session.as_ref()?.clock.time >= 1.0).then_some(())
+    });
+    assert!(driven.messages().contains("lost"), "{}", driven.messages());
+}
+
 #[test]
 fn a_live_run_is_touched_recorded_and_opened_again() {
     let folder = Folder::new();
@@ -354,7 +389,7 @@ fn a_live_run_is_touched_recorded_and_opened_again() {
     let mut driven = Driven::opened(&scene);
     let session = driven.player.session.as_mut().unwrap();
     let mass = session.moment.as_ref().unwrap().report.unwrap().mass;
-    let name = driven.player.recording_name(&folder.path(""));
+    let name = recording_name(session, &folder.path(""));
     driven.player.session.as_mut().unwrap().record(Some(name.clone()));
     driven.until("recording", |p| {
         (p.session.as_ref()?.recording != RecordingState::Off).then_some(())
@@ -366,7 +401,7 @@ fn a_live_run_is_touched_recorded_and_opened_again() {
     let pointer = |driven: &mut Driven, down: bool| {
         let camera = driven.player.session.as_ref().unwrap().camera;
         let (eye, direction) = camera
-            .ray(Vec2::new(0.35, 0.6), meniscus_sim::glam::UVec2::new(48, 32))
+            .ray(Vec2::new(0.35, 0.6), UVec2::new(48, 32))
             .unwrap();
         let now = driven.now;
         driven.player.touch(&Pointer {
@@ -410,7 +445,7 @@ fn a_body_is_dragged_and_let_go() {
     session.touch.tool = Tool::Drag;
     session.camera.target = meniscus_sim::glam::Vec3::new(2.0, 0.2, 2.0);
     let camera = session.camera;
-    let size = meniscus_sim::glam::UVec2::new(48, 32);
+    let size = UVec2::new(48, 32);
     let at = |x: f32, pressed: bool, down: bool, now: f64| {
         let (eye, direction) = camera.ray(Vec2::new(x, 0.5), size).unwrap();
         Pointer {

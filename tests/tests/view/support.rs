@@ -93,6 +93,43 @@ motion = { kind = "free" }
 rate = 20.0
 "#;
 
+/// Water as particles in a square vessel, with a crate that floats; gravity turns once by itself.
+pub(crate) const GLASS: &str = r#"name = "Glass"
+seed = 5
+duration = 2.0
+
+[domain]
+size = [0.4, 0.4]
+
+[terrain]
+kind = "flat"
+height = -0.2
+
+[solver]
+kind = "sph"
+spacing = 0.04
+tilt = [
+    { time = 1.5, gravity = [0.0, -9.81, 0.0] },
+    { time = 1.7, gravity = [0.0, -9.5, 2.45] },
+]
+
+[[object]]
+name = "crate"
+shape = { kind = "box", size = [0.1, 0.08, 0.1] }
+position = [0.2, 0.02, 0.2]
+density = 400.0
+motion = { kind = "free" }
+
+[[camera]]
+name = "table"
+position = [0.2, 0.35, 0.9]
+target = [0.2, 0.0, 0.2]
+fov = 45.0
+
+[recording]
+rate = 50.0
+"#;
+
 /// A folder that goes with the test.
 pub(crate) struct Folder(tempfile::TempDir);
 
@@ -182,8 +219,9 @@ impl Driven {
         driven
     }
 
-    /// Lets time pass, a hundredth of a second an update.
+    /// Lets time pass, a hundredth of a second an update, from the first picture on.
     pub(crate) fn pass(&mut self, seconds: f64) {
+        self.until("the first picture", |player| (!player.waits()).then_some(()));
         let end = self.now + seconds;
         while self.now < end {
             self.now += 0.01;

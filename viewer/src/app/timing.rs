@@ -54,6 +54,19 @@ impl Timing {
     }
 }
 
+/// Seconds of a processor that this thread has taken so far.
+#[cfg(unix)]
+pub(super) fn thread_seconds() -> Option<f64> {
+    let t = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Some(t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9)
+}
+
+/// Seconds of a processor that this thread has taken so far: not known on this system.
+#[cfg(not(unix))]
+pub(super) fn thread_seconds() -> Option<f64> {
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! The viewer as egui sees it: panels around a picture, and the keyboard.
 
-use super::model::player::{Mode, Player};
+use super::model::player::{Mode, Player, recording_name};
 use super::model::session::RecordingState;
 use super::model::touch::Tool;
 use super::panels::{self, Textures};
@@ -228,13 +228,13 @@ impl Viewer {
         if pressed(Key::M) {
             let at = Mode::ALL
                 .iter()
-                .position(|(mode, _)| *mode == self.player.compare.mode);
+                .position(|(mode, ..)| *mode == self.player.compare.mode);
             self.player.compare.mode = Mode::ALL[(at.unwrap_or(0) + 1) % Mode::ALL.len()].0;
         }
         if pressed(Key::R) {
-            let name = self.player.recording_name(&self.folder);
             if let Some(session) = &mut self.player.session {
-                session.record((session.recording == RecordingState::Off).then_some(name));
+                let off = session.recording == RecordingState::Off;
+                session.record(off.then(|| recording_name(session, &self.folder)));
             }
         }
         let Some(session) = &mut self.player.session else {

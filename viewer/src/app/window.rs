@@ -4,7 +4,7 @@ use super::model::Wake;
 use super::model::player::Player;
 use super::model::recent::Recent;
 use super::model::renderers::{self, Choices};
-use super::timing::Timing;
+use super::timing::{Timing, thread_seconds};
 use super::viewer::Viewer;
 use crate::cli::Interrupt;
 use crate::cli::input::Input;
@@ -23,11 +23,17 @@ pub struct Closed {
     /// How long the thread of the window was busy in all, an update: with laying out text and handing triangles to the
     /// adapter.
     pub busy: Timing,
+    /// What an update takes of a processor on that thread, whatever else the machine does: with events, painting and handing
+    /// the picture to the display; and the panels' share of it.
+    pub processor: [Timing; 2],
 }
 
 struct Window {
     viewer: Viewer,
     busy: Timing,
+    processor: [Timing; 2],
+    /// What the thread had taken of a processor when the update before began.
+    taken: Option<f64>,
     closed: Arc<Mutex<Closed>>,
 }
 
@@ -37,13 +43,22 @@ impl eframe::App for Window {
         if let Some(seconds) = frame.info().cpu_usage {
             self.busy.add(f64::from(seconds));
         }
+        let began = thread_seconds();
+        if let (Some(began), Some(before)) = (began, self.taken) {
+            self.processor[0].add(began - before);
+        }
+        self.taken = began;
         self.viewer.ui(ui);
+        if let (Some(ended), Some(began)) = (thread_seconds(), began) {
+            self.processor[1].add(ended - began);
+        }
     }
 
     fn on_exit(&mut self) {
         let closed = Closed {
             panels: self.viewer.timing.clone(),
             busy: self.busy.clone(),
+            processor: self.processor.clone(),
         };
         *self.closed.lock().unwrap_or_else(PoisonError::into_inner) = closed;
     }
@@ -88,17 +103,15 @@ fn setup() -> WgpuSetup {
     WgpuSetup::CreateNew(create)
 }
 
-/// Opens the window with `input` in it, which was read from `path`, and returns when it is closed and everything that was recorded is
-/// on the disk.
+/// What the window opens with: a file, the changes to its scene's keys, and what was read of it.
+pub(crate) type Given<'a> = (&'a Path, &'a [String], Input);
+
+/// Opens the window, with nothing in it if nothing is `given`, and returns when it is closed and everything that was
+/// recorded is on the disk.
 ///
 /// # Errors
 /// A message if there is no display, or nothing that can draw a window.
-pub(crate) fn run(
-    path: &Path,
-    overrides: &[String],
-    input: Input,
-    interrupt: Interrupt,
-) -> Result<Closed, String> {
+pub(crate) fn run(given: Option<Given<'_>>, interrupt: Interrupt) -> Result<Closed, String> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Meniscus")
@@ -113,7 +126,8 @@ pub(crate) fn run(
         ..Default::default()
     };
     let closed = Arc::new(Mutex::new(Closed::default()));
-    let (theirs, path, overrides) = (Arc::clone(&closed), path.to_owned(), overrides.to_vec());
+    let theirs = Arc::clone(&closed);
+    let given = given.map(|(path, overrides, input)| (path.to_owned(), overrides.to_vec(), input));
     let outcome = eframe::run_native(
         "meniscus",
         options,
@@ -127,7 +141,9 @@ pub(crate) fn run(
             let choices = Choices::of_machine();
             let mut player =
                 Player::with_renderers(choices, Recent::of_user(), wake, renderers::make, shared)?;
-            if let Err(error) = player.begin(&path, overrides, input) {
+            if let Some((path, overrides, input)) = given
+                && let Err(error) = player.begin(&path, overrides, input)
+            {
                 player.messages.error(error);
             }
             let folder = std::env::current_dir().unwrap_or_default();
@@ -138,6 +154,8 @@ pub(crate) fn run(
             Ok(Box::new(Window {
                 viewer,
                 busy: Timing::default(),
+                processor: Default::default(),
+                taken: None,
                 closed: theirs,
             }))
         }),

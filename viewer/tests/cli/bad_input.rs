@@ -359,6 +359,8 @@ fn overrides_do_not_apply_to_recordings() {
         args.extend(["--set", "water.level=1"]);
         refuses(&folder, &args, &["--set", "run.mrec", "record it again"]);
     }
+    // Nor without any file.
+    refuses(&folder, &["view", "--set", "water.level=1"], &["--set", "scene file"]);
 }
 
 #[test]

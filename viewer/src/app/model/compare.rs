@@ -15,12 +15,12 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All of them, with their names.
-    pub const ALL: [(Self, &'static str); 4] = [
-        (Self::Split, "Split"),
-        (Self::Flicker, "Flicker"),
-        (Self::Difference, "Difference"),
-        (Self::Tile, "Tile"),
+    /// All of them, with what they are called and what they show.
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+        (Self::Split, "Split", "A beside B; drag the line between them"),
+        (Self::Flicker, "Flicker", "A and B in turn"),
+        (Self::Difference, "Difference", "How far A is from B, by FLIP: dark where they look the same"),
+        (Self::Tile, "Tile", "B as a tile in the middle of A, drawn while nothing moves"),
     ];
 }
 

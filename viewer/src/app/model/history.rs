@@ -86,6 +86,9 @@ pub const TITLES: [&str; 9] = [
     "Probe",
 ];
 
+/// Title of the elevation at the probe.
+pub const PROBED: &str = TITLES[8];
+
 /// Curves that every history has, with titles and units.
 fn fixed() -> Vec<(&'static str, &'static str, Vec<Curve>)> {
     vec![
@@ -138,7 +141,7 @@ fn fixed() -> Vec<(&'static str, &'static str, Vec<Curve>)> {
         (TITLES[6], "ms", Vec::new()),
         (TITLES[7], "ms", Vec::new()),
         (
-            TITLES[8],
+            PROBED,
             "m",
             vec![("elevation", Read::Of(|row| Some(f64::from(row.probe?))))],
         ),

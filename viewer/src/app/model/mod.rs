@@ -22,6 +22,7 @@ pub mod renderers;
 pub mod replay;
 pub mod session;
 pub mod tile;
+pub mod tilting;
 pub mod touch;
 
 use meniscus_sim::{Frame, StepReport};

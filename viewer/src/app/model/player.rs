@@ -1,14 +1,16 @@
 //! Everything that the window shows and does, whatever it looks like.
 
+mod asking;
+mod saving;
+
 use super::Wake;
-use super::camera::Camera;
-use super::clip::{self, Clip, Seen};
+use super::clip::Clip;
 pub use super::compare::{Compare, Mode};
-use super::drawing::{Drawing, Drawn, Make, Order};
+use super::drawing::{Drawing, Drawn, Make};
 use super::latest::Latest;
 use super::live::Command;
 use super::messages::Messages;
-use super::quality::{Pace, Quality, divided};
+use super::quality::{Pace, Quality};
 use super::recent::Recent;
 use super::renderers::{self, Choices};
 use super::replay::Replay;
@@ -16,33 +18,19 @@ use super::session::Session;
 use super::touch::Pointer;
 use crate::cli::input::Input;
 use crate::cli::{Console, Verbosity};
+use asking::Inputs;
 use meniscus_render_gpu::device::Gpu;
 use meniscus_sim::glam::UVec2;
-use meniscus_sim::knobs::Turned;
+use meniscus_sim::knobs::{Knob, Turned};
 use meniscus_sim::render::{PlanItem, Renderer};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use saving::{free_name, recording_name};
+
 /// Seconds without a change after which the view is at rest.
 const REST: f64 = 0.35;
-
-/// What a picture depends on besides its size.
-#[derive(Clone, Debug, PartialEq)]
-struct Inputs {
-    time: f64,
-    frame: u64,
-    camera: Camera,
-    pixels: UVec2,
-    renderers: String,
-    exposure: f32,
-    quality: Quality,
-    difference: bool,
-    /// Which session, counted from the first.
-    session: u64,
-    /// Whether the second picture's frame is there.
-    complete: bool,
-}
 
 type Opened = (PathBuf, Vec<String>, bool, Result<Input, String>);
 
@@ -79,6 +67,8 @@ pub struct Player {
     number: u64,
     /// The first order of what is open.
     oldest: u64,
+    /// Whether time stands because nothing of what is open was seen yet.
+    waits: bool,
     last: Option<Inputs>,
     changed: f64,
     rested: bool,
@@ -87,6 +77,8 @@ pub struct Player {
     planned: Option<(String, Vec<PlanItem>)>,
     planning: Arc<Latest<(String, Vec<PlanItem>)>>,
     planned_for: String,
+    /// What of a renderer can be changed, and of which.
+    listed: Option<(String, Turned, Arc<[Knob]>)>,
     /// Where the next picture is to be saved.
     shot: Option<PathBuf>,
     clipping: Option<PathBuf>,
@@ -151,6 +143,7 @@ impl Player {
             ordered: None,
             number: 0,
             oldest: 0,
+            waits: false,
             last: None,
             changed: 0.0,
             rested: false,
@@ -159,6 +152,7 @@ impl Player {
             planned: None,
             planning: Arc::default(),
             planned_for: String::new(),
+            listed: None,
         })
     }
 
@@ -250,6 +244,7 @@ impl Player {
         self.session = Some(session);
         self.sessions += 1;
         self.oldest = self.number + 1;
+        self.waits = true;
         self.overrides = overrides;
         self.compare.other = false;
         self.clip.first = 0;
@@ -272,7 +267,9 @@ impl Player {
         self.messages.expire(now);
         self.opened();
         if let Some(session) = &mut self.session {
-            session.update(seconds, &mut self.messages);
+            let held = self.waits && !session.lacks_frame();
+            let seconds = if held { 0.0 } else { seconds };
+            session.update(seconds, held, &mut self.messages);
         }
         self.take_drawn();
         if let Some(clipped) = self.clipped.take() {
@@ -288,7 +285,8 @@ impl Player {
     /// Seconds until the next update is due though nobody touches anything; `None` if what is shown stays as it is.
     pub fn due(&self) -> Option<f64> {
         let session = self.session.as_ref()?;
-        let replayed = (session.clock.playing && session.replay().is_some()).then(|| {
+        let plays = session.clock.playing && session.replay().is_some() && !self.waits;
+        let replayed = plays.then(|| {
             let frame = 1.0 / (session.scene.description.recording.rate * session.clock.speed());
             (0.5 * frame).clamp(1.0 / 120.0, 0.1)
         });
@@ -296,6 +294,11 @@ impl Player {
         let rest = (!self.rested && self.ordered.is_none())
             .then(|| (REST - (self.now - self.changed)).clamp(1.0 / 120.0, REST));
         replayed.into_iter().chain(flicker).chain(rest).reduce(f64::min)
+    }
+
+    /// Whether time stands until the first picture of what is open is there: making shaders may take longer than a recording.
+    pub fn waits(&self) -> bool {
+        self.waits
     }
 
     /// Whether a picture is on its way, or will be without anybody touching anything.
@@ -324,6 +327,7 @@ impl Player {
                         .history
                         .drawn(left.frame, left.seconds, left.stages.clone());
                 }
+                self.waits &= drawn.number < self.oldest;
                 let here = drawn.is_here();
                 self.drawn = Some(Arc::new(drawn));
                 if let Some(path) = self.shot.take_if(|_| here) {
@@ -344,105 +348,11 @@ impl Player {
                         "`{fallback}` draws instead, on the processor, at reduced size while things move"
                     ));
                     self.renderer = fallback.to_owned();
+                } else {
+                    self.waits = false;
                 }
             }
         }
-    }
-
-    /// What the picture depends on now.
-    fn inputs(&self, pixels: UVec2) -> Option<Inputs> {
-        let session = self.session.as_ref()?;
-        let moment = session.moment.as_ref()?;
-        let mut renderers = self.named(&self.renderer);
-        let mut complete = true;
-        if self.compare.on {
-            let other = self.compare.other && session.other.is_some();
-            complete = !other || session.other_side(&self.renderer, &Turned::new()).is_some();
-            renderers += if other { " | the other recording" } else { " | " };
-            renderers += if self.tiles() { "in a tile, " } else { "" };
-            renderers += &self.named(&self.compare.renderer);
-        }
-        Some(Inputs {
-            time: moment.frame.time,
-            frame: moment.frame.index,
-            camera: session.camera,
-            pixels,
-            renderers,
-            exposure: session.exposure,
-            quality: self.quality,
-            difference: self.compare.on,
-            session: self.sessions,
-            complete,
-        })
-    }
-
-    /// A renderer's name, with what was changed of it.
-    fn named(&self, renderer: &str) -> String {
-        match self.turned.get(renderer) {
-            Some(turned) => format!("{renderer} {turned:?}"),
-            None => renderer.to_owned(),
-        }
-    }
-
-    /// Whether the second picture is a tile of the first.
-    fn tiles(&self) -> bool {
-        self.compare.on && self.compare.mode == Mode::Tile
-    }
-
-    /// Orders a picture if anything changed, and a better one when nothing does any more.
-    fn ask(&mut self, pixels: UVec2) {
-        let Some(inputs) = self.inputs(pixels).filter(|_| pixels.min_element() > 0) else {
-            return;
-        };
-        let fresh = self.last.as_ref() != Some(&inputs);
-        if fresh {
-            self.changed = self.now;
-            self.rested = false;
-            // One that moves is drawn to its end, so that something is seen.
-            if self.ordered.is_none_or(|(_, at_rest)| at_rest) && self.order(&inputs, false) {
-                self.last = Some(inputs);
-            }
-        } else if !self.rested && self.ordered.is_none() && self.now - self.changed >= REST {
-            self.rested = self.order(&inputs, true);
-        }
-    }
-
-    fn order(&mut self, inputs: &Inputs, at_rest: bool) -> bool {
-        let divisor = match self.quality {
-            Quality::Full => 1,
-            Quality::Half => 2,
-            Quality::Quarter => 4,
-            Quality::Auto if at_rest => self.pace.rest().0,
-            Quality::Auto => self.pace.divisor(inputs.pixels, &inputs.renderers),
-        };
-        let Some(session) = &self.session else {
-            return false;
-        };
-        let turned = |renderer: &str| self.turned.get(renderer).cloned().unwrap_or_default();
-        let Some(left) = session.side(&self.renderer, &turned(&self.renderer)) else {
-            return false;
-        };
-        let tile = self.tiles();
-        let right = match (self.compare.on && (at_rest || !tile), self.compare.other) {
-            (false, _) => None,
-            (true, true) => session.other_side(&self.renderer, &turned(&self.renderer)),
-            (true, false) => session.side(&self.compare.renderer, &turned(&self.compare.renderer)),
-        };
-        let samples = if at_rest { self.pace.rest().1 } else { 1 };
-        self.number += 1;
-        self.drawing.order(Order {
-            number: self.number,
-            left,
-            right,
-            tile,
-            difference: inputs.difference,
-            view: session.camera.view(divided(inputs.pixels, divisor), samples),
-            exposure: session.exposure,
-            at_rest,
-            read: self.shot.is_some(),
-        });
-        self.ordered = Some((self.number, at_rest));
-        true
     }
 
     /// What the pointer does to the water.
@@ -456,6 +366,20 @@ impl Player {
         if let super::session::Source::Live(live) = &session.source {
             for action in session.touch.act(&session.scene, &moment.frame, pointer) {
                 live.tell(Command::Act(action));
+            }
+        }
+    }
+
+    /// What of the renderer can be changed, as it says itself.
+    pub fn knobs(&mut self) -> Arc<[Knob]> {
+        let none = Turned::new();
+        let turned = self.turned.get(&self.renderer).unwrap_or(&none);
+        match &self.listed {
+            Some((of, when, knobs)) if *of == self.renderer && when == turned => Arc::clone(knobs),
+            _ => {
+                let knobs: Arc<[Knob]> = renderers::knobs(&self.renderer, turned).into();
+                self.listed = Some((self.renderer.clone(), turned.clone(), Arc::clone(&knobs)));
+                knobs
             }
         }
     }
@@ -497,85 +421,4 @@ impl Player {
         let (subject, items) = self.planned.as_ref()?;
         (*subject == self.planned_for).then_some(items)
     }
-
-    /// Saves the picture that is shown, under a name that is free in `folder`.
-    pub fn screenshot(&mut self, folder: &Path) {
-        let (Some(session), Some(drawn)) = (&self.session, &self.drawn) else {
-            self.messages.warn("there is no picture yet");
-            return;
-        };
-        let stem = session.path.file_stem().unwrap_or_default().to_string_lossy();
-        let path = free_name(folder, &format!("{stem}_{:.3}s", drawn.left.time), "png");
-        if drawn.is_here() {
-            self.save(&path);
-        } else {
-            // It is on the device alone: the next one comes here.
-            self.shot = Some(path);
-            self.last = None;
-        }
-    }
-
-    fn save(&mut self, path: &Path) {
-        let Some(drawn) = &self.drawn else { return };
-        match drawn.save(path) {
-            Ok(()) => self.messages.note(format!("saved {}", path.display())),
-            Err(error) => self.messages.error(error),
-        }
-    }
-
-    /// Begins to write a clip of the recording, as it is seen now.
-    pub fn write_clip(&mut self, folder: &Path) {
-        let Some(session) = &self.session else { return };
-        let stem = session.path.file_stem().unwrap_or_default().to_string_lossy();
-        let out = free_name(
-            folder,
-            &stem,
-            clip::KINDS[self.clip.kind.min(clip::KINDS.len() - 1)].0,
-        );
-        let seen = Seen {
-            recording: session.path.clone(),
-            renderer: self.renderer.clone(),
-            turned: self.turned.get(&self.renderer).cloned().unwrap_or_default(),
-            view: session.camera.view(UVec2::ONE, 1),
-            exposure: session.exposure,
-            speed: session.clock.speed(),
-        };
-        let done = Arc::clone(&self.clipped);
-        match clip::write(&self.clip, seen, &out, done, Arc::clone(&self.wake)) {
-            Ok(()) => self.clipping = Some(out),
-            Err(error) => self.messages.error(error),
-        }
-    }
-
-    /// The clip that is being written.
-    pub fn clipping(&self) -> Option<&Path> {
-        self.clipping.as_deref()
-    }
-
-    /// A free name for a recording of what runs.
-    pub fn recording_name(&self, folder: &Path) -> PathBuf {
-        let stem = self.session.as_ref().map_or_else(
-            || "run".into(),
-            |s| {
-                s.path
-                    .file_stem()
-                    .unwrap_or_default()
-                    .to_string_lossy()
-                    .into_owned()
-            },
-        );
-        free_name(folder, &stem, "mrec")
-    }
-}
-
-/// `stem.extension` in `folder`, or `stem-2.extension` and so on if that is taken.
-pub fn free_name(folder: &Path, stem: &str, extension: &str) -> PathBuf {
-    let name = |k: u32| {
-        let number = if k == 1 { String::new() } else { format!("-{k}") };
-        folder.join(format!("{stem}{number}.{extension}"))
-    };
-    (1..)
-        .map(name)
-        .find(|path| !path.exists())
-        .unwrap_or_else(|| name(1))
 }

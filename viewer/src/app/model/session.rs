@@ -14,6 +14,7 @@ use meniscus_sim::events::Schedule;
 use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::knobs::Turned;
 use meniscus_sim::{Channels, Scene};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -157,6 +158,16 @@ impl Session {
         }
     }
 
+    /// The name of its file without its extension.
+    pub fn stem(&self) -> Cow<'_, str> {
+        self.path.file_stem().unwrap_or_default().to_string_lossy()
+    }
+
+    /// Whether the frame of now is damaged and none before it can be shown in its place.
+    pub fn lacks_frame(&self) -> bool {
+        self.moment.is_none() && self.damaged.is_some()
+    }
+
     /// The optional channels of its frames.
     pub fn channels(&self) -> Channels {
         match &self.source {
@@ -165,11 +176,11 @@ impl Session {
         }
     }
 
-    /// Lets `seconds` of the clock pass and takes what is new.
-    pub fn update(&mut self, seconds: f64, messages: &mut Messages) {
+    /// Lets `seconds` of the clock pass and takes what is new; a live run that is `held` stands though it is to play.
+    pub fn update(&mut self, seconds: f64, held: bool, messages: &mut Messages) {
         match &self.source {
             Source::Replay(_) => self.replayed(seconds, messages),
-            Source::Live(_) => self.lived(messages),
+            Source::Live(_) => self.lived(held, messages),
         }
         if let (Some(place), Some(moment)) = (self.probe, &self.moment) {
             let elevation = moment.frame.elevation.sample(place);
@@ -202,11 +213,12 @@ impl Session {
         }
     }
 
-    fn lived(&mut self, messages: &mut Messages) {
+    fn lived(&mut self, held: bool, messages: &mut Messages) {
         let Source::Live(live) = &self.source else {
             return;
         };
-        let wanted = (self.clock.playing, self.clock.speed(), self.most_substeps);
+        let running = self.clock.playing && !held;
+        let wanted = (running, self.clock.speed(), self.most_substeps);
         if wanted.0 != self.told.0 {
             live.tell(Command::Run(wanted.0));
         }

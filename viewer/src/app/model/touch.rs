@@ -1,9 +1,11 @@
-//! What the pointer does to the water: pushes, pours, drops, and bodies dragged.
+//! What the pointer does to the water: pushes, pours, drops, bodies dragged and vessels tilted.
 
 use super::probe::{self, Held};
+use super::tilting::{self, Tilting};
 use meniscus_sim::events::Action;
 use meniscus_sim::glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::rng::Rng;
+use meniscus_sim::scene::description::Motion;
 use meniscus_sim::{Frame, Scene};
 
 /// What the pointer is for.
@@ -22,25 +24,50 @@ pub enum Tool {
     Press,
     /// It holds free bodies.
     Drag,
+    /// It tilts the vessel.
+    Tilt,
     /// It places the probe.
     Probe,
 }
 
 impl Tool {
     /// All of them, with what they are called and what they do.
-    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str, &'static str); 8] = [
         (Self::Look, "Look", "drag to turn the camera"),
         (Self::Push, "Push", "drag the water along"),
         (Self::Pour, "Pour", "hold to pour water"),
         (Self::Rain, "Rain", "hold to let drops fall"),
         (Self::Press, "Press", "click to press the surface down"),
         (Self::Drag, "Drag", "drag floating bodies"),
+        (Self::Tilt, "Tilt", "drag to tilt the vessel; it stands upright when let go"),
         (Self::Probe, "Probe", "click to plot the elevation there"),
     ];
 
     /// Whether it acts on the water, so that it needs a live run.
     pub fn acts(self) -> bool {
         !matches!(self, Self::Look | Self::Probe)
+    }
+
+    /// Whether it has a radius.
+    pub fn is_round(self) -> bool {
+        matches!(self, Self::Push | Self::Pour | Self::Rain | Self::Press)
+    }
+
+    /// Whether it can be stronger or weaker.
+    pub fn has_strength(self) -> bool {
+        self.is_round() || self == Self::Tilt
+    }
+
+    /// Why there is nothing for it to do in a run of this scene, if so.
+    pub fn idle(self, scene: &Scene) -> Option<&'static str> {
+        let floats = || scene.description.objects.iter().any(|o| o.motion == Motion::Free);
+        match self {
+            Self::Drag if !floats() => Some("Nothing floats in this scene: it has no object whose motion is free"),
+            Self::Tilt if tilting::gravity(scene).is_none() => {
+                Some("Only vessels of the solver sph can be tilted, as in data/scenes/glass.toml")
+            }
+            _ => None,
+        }
     }
 }
 
@@ -75,6 +102,7 @@ pub struct Touch {
     /// How strongly, relative to what suits the radius.
     pub strength: f32,
     held: Option<Held>,
+    tilting: Option<Tilting>,
     before: Option<(Vec3, f64)>,
     poured: f64,
     rng: Rng,
@@ -89,6 +117,7 @@ impl Touch {
             radius: (0.06 * extent.min_element()).max(3.0 * scene.grid.spacing),
             strength: 1.0,
             held: None,
+            tilting: None,
             before: None,
             poured: f64::NEG_INFINITY,
             rng: Rng::new(scene.description.seed, 0x0074_6f75_6368),
@@ -165,6 +194,15 @@ impl Touch {
                     });
                 }
             }
+            (Tool::Tilt, _) if pointer.down => {
+                if pointer.pressed {
+                    self.tilting = Tilting::begin(scene, pointer, water);
+                }
+                if let Some(tilting) = self.tilting.as_mut().filter(|_| due) {
+                    self.poured = pointer.now;
+                    actions.extend(tilting.follow(pointer, self.strength));
+                }
+            }
             _ => {}
         }
         if !pointer.down {
@@ -172,6 +210,7 @@ impl Touch {
             if let Some(held) = self.held.take() {
                 actions.push(Action::Release { body: held.name });
             }
+            actions.extend(self.tilting.take().and_then(|tilting| tilting.end()));
         }
         actions
     }
@@ -179,5 +218,10 @@ impl Touch {
     /// Name of the body that is held.
     pub fn holds(&self) -> Option<&str> {
         self.held.as_ref().map(|held| held.name.as_str())
+    }
+
+    /// By how much the vessel is tilted, degrees.
+    pub fn tilted(&self) -> Option<f32> {
+        self.tilting.as_ref().map(Tilting::degrees)
     }
 }

@@ -1,23 +1,22 @@
 //! The part of the side panel that lists what of a renderer can be changed.
 
 use super::super::model::player::Player;
-use super::super::model::renderers;
 use super::section;
 use eframe::egui::{self, RichText};
 use meniscus_sim::knobs::{Knob, Value};
 
 /// What the renderer says can be changed.
 pub(super) fn show(ui: &mut egui::Ui, player: &mut Player) {
-    let renderer = player.renderer.clone();
-    let turned = player.turned.get(&renderer).cloned().unwrap_or_default();
-    let knobs = renderers::knobs(&renderer, &turned);
+    let knobs = player.knobs();
     if knobs.is_empty() {
         return;
     }
     section(ui, "How it draws", false, |ui| {
+        let renderer = player.renderer.clone();
+        let turned = player.turned.get(&renderer).cloned().unwrap_or_default();
         let mut after = turned.clone();
-        for knob in knobs {
-            let value = knob_row(ui, &knob);
+        for knob in knobs.iter() {
+            let value = knob_row(ui, knob);
             if value != knob.value {
                 after.insert(knob.name, value);
             }

@@ -18,7 +18,7 @@ pub(in super::super) fn welcome(ui: &mut egui::Ui, player: &mut Player, layout: 
             ui.add_space(0.08 * ui.available_height());
             ui.label(RichText::new("Meniscus").size(30.0).strong());
             ui.label(
-                RichText::new("Drop a recording (.mrec) or a scene (.toml) here, or name one below").weak(),
+                RichText::new("Drop a recording (.mrec) or a scene (.toml) here, or choose one below").weak(),
             );
             ui.add_space(16.0);
             chooser(ui, player, layout);
@@ -77,6 +77,9 @@ fn chooser(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout) {
         }
         let folder = folder_of(&layout.path);
         ui.label(RichText::new(format!("In {}", folder.display())).strong());
+        if let Some(parent) = folder.parent() {
+            row_named(ui, parent, "../", &mut chosen);
+        }
         let found = listing(ui.ctx(), &folder);
         let mut any = false;
         for path in found
@@ -107,6 +110,10 @@ fn chooser(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout) {
 fn row(ui: &mut egui::Ui, path: &Path, chosen: &mut Option<PathBuf>) {
     let name = name_of(path);
     let text = if path.is_dir() { format!("{name}/") } else { name };
+    row_named(ui, path, &text, chosen);
+}
+
+fn row_named(ui: &mut egui::Ui, path: &Path, text: &str, chosen: &mut Option<PathBuf>) {
     let button = egui::Button::selectable(false, text).min_size(egui::vec2(ui.available_width(), 0.0));
     if ui.add(button).on_hover_text(path.display().to_string()).clicked() {
         *chosen = Some(path.to_owned());

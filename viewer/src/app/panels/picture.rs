@@ -28,22 +28,30 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, textures: &
     let painter = ui.painter_at(area);
     match textures.left() {
         Some(left) => pictures(&painter, area, player, textures, left, now),
-        None => {
-            painter.text(
-                area.center(),
-                Align2::CENTER_CENTER,
-                "drawing the first picture…",
-                FontId::proportional(16.0),
-                Color32::GRAY,
-            );
-        }
+        None => first(&painter, area, player),
     }
     let busy = player.compare.on && player.compare.mode == Mode::Split && divide(ui, area, player);
-    if !busy {
-        hands(ui, &response, area, pixels, player, now);
-    }
-    marks(ui, &painter, area, pixels, &response, player);
+    let met = if busy {
+        None
+    } else {
+        hands(ui, &response, area, pixels, player, now)
+    };
+    marks(ui, &painter, area, &response, player, met);
     pixels
+}
+
+/// What is waited for before there is a picture.
+fn first(painter: &egui::Painter, area: Rect, player: &Player) {
+    let renderer = &player.renderer;
+    let shaders = if player.choices.is_gpu(renderer) {
+        "\nIts shaders are made first, which may take a while where a driver draws in software. Time stands until then."
+    } else {
+        ""
+    };
+    let text = format!("{renderer} draws the first picture…{shaders}");
+    let galley = painter.layout(text, FontId::proportional(15.0), Color32::GRAY, 0.8 * area.width());
+    let place = Align2::CENTER_CENTER.anchor_size(area.center(), galley.size());
+    painter.galley(place.min, galley, Color32::GRAY);
 }
 
 fn pictures(
@@ -232,11 +240,16 @@ fn divide(ui: &mut egui::Ui, area: Rect, player: &mut Player) -> bool {
     held
 }
 
-/// Turning, moving and flying the camera, and touching the water.
-fn hands(ui: &egui::Ui, response: &egui::Response, area: Rect, pixels: UVec2, player: &mut Player, now: f64) {
-    let Some(session) = &mut player.session else {
-        return;
-    };
+/// Turning, moving and flying the camera, and touching the water. Where the pointer meets it comes back.
+fn hands(
+    ui: &egui::Ui,
+    response: &egui::Response,
+    area: Rect,
+    pixels: UVec2,
+    player: &mut Player,
+    now: f64,
+) -> Option<Vec3> {
+    let session = player.session.as_mut()?;
     let by = response.drag_delta() / area.height().max(1.0);
     let by = point(by.x, by.y);
     let shift = ui.input(|input| input.modifiers.shift);
@@ -259,15 +272,12 @@ fn hands(ui: &egui::Ui, response: &egui::Response, area: Rect, pixels: UVec2, pl
         }
     }
     fly(ui, &mut session.camera);
-    let pointer = response.hover_pos().or_else(|| response.interact_pointer_pos());
-    let Some(at) = pointer else { return };
+    let at = response.hover_pos().or_else(|| response.interact_pointer_pos())?;
     let place = point(
         (at.x - area.left()) / area.width(),
         (at.y - area.top()) / area.height(),
     );
-    let Some((eye, direction)) = session.camera.ray(place, pixels) else {
-        return;
-    };
+    let (eye, direction) = session.camera.ray(place, pixels)?;
     let met = session
         .moment
         .as_ref()
@@ -301,6 +311,7 @@ fn hands(ui: &egui::Ui, response: &egui::Response, area: Rect, pixels: UVec2, pl
             ui.ctx().request_repaint();
         }
     }
+    met
 }
 
 /// W, A, S, D, Q and E while the right button is down.
@@ -322,14 +333,14 @@ fn fly(ui: &egui::Ui, camera: &mut Camera) {
     }
 }
 
-/// The probe, and the reach of the tool under the pointer.
+/// The probe, and the reach of the tool around where the pointer meets the water.
 fn marks(
     ui: &egui::Ui,
     painter: &egui::Painter,
     area: Rect,
-    pixels: UVec2,
     response: &egui::Response,
     player: &Player,
+    met: Option<Vec3>,
 ) {
     let Some((session, moment)) = player
         .session
@@ -362,21 +373,13 @@ fn marks(
     if !tool.acts() || session.live().is_none() {
         return;
     }
-    let Some(pointer) = response.hover_pos() else {
-        return;
-    };
-    ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
-    let place = point(
-        (pointer.x - area.left()) / area.width(),
-        (pointer.y - area.top()) / area.height(),
-    );
-    let ray = session.camera.ray(place, pixels);
-    let Some(centre) = ray.and_then(|(eye, direction)| probe::water(&moment.frame, eye, direction)) else {
-        return;
-    };
-    if tool == Tool::Drag {
+    if response.hover_pos().is_none() {
         return;
     }
+    ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+    let Some(centre) = met.filter(|_| tool.is_round()) else {
+        return;
+    };
     let ring: Vec<egui::Pos2> = (0..=48)
         .filter_map(|k| {
             let (sin, cos) = (std::f32::consts::TAU * k as f32 / 48.0).sin_cos();

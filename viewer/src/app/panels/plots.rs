@@ -1,16 +1,20 @@
 //! Plots against time.
 
-use super::super::model::history::{History, Quantity, Read, Row, TITLES};
+use super::super::model::history::{History, PROBED, Quantity, Read, Row, TITLES};
 use super::super::model::player::{Player, free_name};
 use super::super::style;
 use super::super::viewer::Layout;
-use eframe::egui::{self, Color32, RichText};
-use egui_plot::{Legend, Line, Plot, PlotPoint, PlotPoints, VLine};
+use eframe::egui::{self, Color32, Rangef, RichText};
+use egui_plot::{AxisHints, Legend, Line, Plot, PlotPoint, PlotPoints, VLine};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Most points of a curve: more would not be seen.
 const MOST_POINTS: usize = 600;
+
+/// Points between two numbers of the axis of time at which they appear and are plain: a plot is narrow, and should have
+/// more than one.
+const TIME_SPACING: Rangef = Rangef::new(28.0, 40.0);
 
 /// Colours of the curves of a plot.
 const COLORS: [Color32; 8] = [
@@ -75,17 +79,24 @@ pub(in super::super) fn show(
     folder: &Path,
 ) {
     let mut save = false;
+    let probed = player.session.as_ref().is_some_and(|session| session.probe.is_some());
     ui.horizontal_wrapped(|ui| {
         for (title, shown) in TITLES.iter().zip(&mut layout.plotted) {
-            ui.toggle_value(shown, *title);
+            let choice = ui.toggle_value(shown, *title);
+            if *title == PROBED && !probed {
+                choice.on_hover_text("Place it first: Probe, under Touch the water, then click the water");
+            }
         }
         ui.separator();
         save = ui
             .button("CSV")
-            .on_hover_text("Save all of them as a table")
+            .on_hover_text("Save all of them as a table, a row a frame")
             .clicked();
         if let Some(session) = &mut player.session
-            && ui.button("Clear").clicked()
+            && ui
+                .button("Clear")
+                .on_hover_text("Forget what was plotted so far")
+                .clicked()
         {
             session.history.clear();
         }
@@ -122,7 +133,8 @@ pub(in super::super) fn show(
                     .allow_drag(false)
                     .allow_zoom(false)
                     .allow_boxed_zoom(false)
-                    .y_axis_min_width(44.0);
+                    .custom_x_axes(vec![AxisHints::new_x().label_spacing(TIME_SPACING)])
+                    .custom_y_axes(vec![AxisHints::new_y().min_thickness(44.0)]);
                 if quantity.curves.len() > 1 {
                     plot = plot.legend(Legend::default().background_alpha(0.6));
                 }
@@ -185,13 +197,7 @@ fn points(rows: &[&Row], read: Read) -> Vec<PlotPoint> {
 
 fn write(player: &mut Player, folder: &Path) {
     let Some(session) = &player.session else { return };
-    let stem = session
-        .path
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    let path = free_name(folder, &stem, "csv");
+    let path = free_name(folder, &session.stem(), "csv");
     match session.history.write_csv(&path) {
         Ok(()) => player.messages.note(format!("saved {}", path.display())),
         Err(error) => player.messages.error(error),

@@ -1,16 +1,18 @@
 //! The panel at the side: picture, camera, water, comparison, costs, what was left out.
 
-use super::super::model::clip::{KINDS, SIZES};
-use super::super::model::player::{Mode, Player};
+mod clip;
+mod compare;
+mod costs;
+mod touch;
+
+use super::super::model::player::Player;
 use super::super::model::quality::{BUDGET, Quality};
-use super::super::model::session::{RecordingState, Session};
-use super::super::model::touch::Tool;
+use super::super::model::session::RecordingState;
 use super::super::style;
 use super::super::timing::Timing;
 use super::super::viewer::Layout;
-use super::bar::name_of;
-use super::{fact, knobs, seconds, section};
-use eframe::egui::{self, Color32, CornerRadius, Rect, RichText, Sense, vec2};
+use super::{fact, knobs, section};
+use eframe::egui::{self, Color32, RichText};
 use std::path::Path;
 
 pub(in super::super) fn show(
@@ -27,18 +29,12 @@ pub(in super::super) fn show(
             section(ui, "Picture", true, |ui| picture(ui, player));
             knobs::show(ui, player);
             section(ui, "Camera", true, |ui| camera(ui, player));
-            section(ui, "Touch the water", true, |ui| touch(ui, player));
+            section(ui, "Touch the water", true, |ui| touch::show(ui, player));
             if player.compare.on {
-                section(ui, "Compare", true, |ui| compare(ui, player, layout));
+                section(ui, "Compare", true, |ui| compare::show(ui, player, layout));
             }
-            section(ui, "Time", true, |ui| costs(ui, player, timing));
-            if player
-                .session
-                .as_ref()
-                .is_some_and(|session| session.replay().is_some())
-            {
-                section(ui, "Clip", false, |ui| clip(ui, player, folder));
-            }
+            section(ui, "Time", true, |ui| costs::show(ui, player, timing));
+            section(ui, "Clip", false, |ui| clip::show(ui, player, folder));
             section(ui, "Scene", false, |ui| scene(ui, player, layout));
             section(ui, "What runs, and what was left out", false, |ui| {
                 plan(ui, player)
@@ -166,277 +162,6 @@ fn camera(ui: &mut egui::Ui, player: &mut Player) {
             .weak()
             .small(),
     );
-}
-
-fn touch(ui: &mut egui::Ui, player: &mut Player) {
-    let Some(session) = &mut player.session else {
-        return;
-    };
-    let live = session.live().is_some();
-    ui.horizontal_wrapped(|ui| {
-        for (tool, name, hint) in Tool::ALL {
-            let button = egui::Button::selectable(session.touch.tool == tool, name);
-            let response = ui
-                .add_enabled(live || !tool.acts(), button)
-                .on_hover_text(hint)
-                .on_disabled_hover_text("Only a live run can be touched: open the scene file");
-            if response.clicked() {
-                session.touch.tool = tool;
-            }
-        }
-    });
-    if session.touch.tool.acts() && live {
-        let extent = session.scene.grid.extent().min_element();
-        let smallest = (2.0 * session.scene.grid.spacing).min(0.2 * extent);
-        ui.horizontal(|ui| {
-            let label = ui.label("Radius");
-            let range = smallest..=0.3 * extent;
-            ui.add(
-                egui::Slider::new(&mut session.touch.radius, range)
-                    .logarithmic(true)
-                    .suffix(" m"),
-            )
-            .labelled_by(label.id);
-        });
-        ui.horizontal(|ui| {
-            let label = ui.label("Strength");
-            ui.add(
-                egui::Slider::new(&mut session.touch.strength, 0.1..=5.0)
-                    .logarithmic(true)
-                    .suffix(" ×"),
-            )
-            .labelled_by(label.id);
-        });
-    }
-    if let Some(name) = session.touch.holds() {
-        ui.label(format!("holding {name}"));
-    }
-    if let Some(place) = session.probe {
-        ui.horizontal(|ui| {
-            ui.label(format!("probe at ({:.2}, {:.2}) m", place.x, place.y));
-            if ui.small_button("remove").clicked() {
-                session.place_probe(None);
-            }
-        });
-    }
-}
-
-fn compare(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout) {
-    ui.horizontal(|ui| {
-        for (mode, name) in Mode::ALL {
-            ui.selectable_value(&mut player.compare.mode, mode, name)
-                .on_hover_text("Next with M");
-        }
-    });
-    let other = player
-        .session
-        .as_ref()
-        .and_then(|session| session.other.as_ref())
-        .map(|other| name_of(other.path()));
-    if let Some(name) = &other {
-        ui.horizontal(|ui| {
-            ui.label("with");
-            ui.selectable_value(&mut player.compare.other, false, "a renderer");
-            ui.selectable_value(&mut player.compare.other, true, name);
-        });
-    }
-    if player.compare.other && other.is_some() {
-        ui.label(
-            RichText::new("the same renderer draws both recordings at the same time")
-                .weak()
-                .small(),
-        );
-    } else {
-        renderers(ui, player, true);
-    }
-    if ui.button("Compare with a recording…").clicked() {
-        layout.second = true;
-        layout.open = true;
-    }
-    if player.compare.mode == Mode::Flicker {
-        ui.add(egui::Slider::new(&mut player.compare.rate, 0.5..=8.0).suffix(" a second"));
-    }
-    let Some(drawn) = &player.drawn else { return };
-    let Some(right) = &drawn.right else { return };
-    fact(
-        ui,
-        &format!("A  {}", drawn.left.renderer),
-        seconds(drawn.left.seconds),
-    );
-    fact(ui, &format!("B  {}", right.renderer), seconds(right.seconds));
-    if let Some(difference) = &drawn.difference {
-        fact(ui, "FLIP, mean", format!("{:.5}", difference.flip.mean));
-        fact(ui, "median", format!("{:.5}", difference.flip.median));
-        fact(ui, "95th percentile", format!("{:.4}", difference.flip.p95));
-        fact(ui, "comparing took", seconds(difference.seconds));
-    }
-    if let Some(noise) = right.noise {
-        fact(
-            ui,
-            "B, noise",
-            format!("{:.2} % after {} passes", 100.0 * noise, right.passes),
-        );
-    }
-}
-
-/// Where the time of a frame goes.
-fn costs(ui: &mut egui::Ui, player: &mut Player, timing: &Timing) {
-    if let Some(session) = &mut player.session
-        && let Some(moment) = session.moment.clone()
-    {
-        let name = if session.live().is_some() {
-            "solving"
-        } else {
-            "decoding"
-        };
-        fact(ui, name, seconds(moment.seconds));
-        let stages = session.history.latest_stages();
-        let longest = stages.iter().map(|(_, s)| *s).fold(1e-9, f64::max);
-        for (name, spent) in stages {
-            bar(ui, name, *spent, longest);
-        }
-        if let Some(report) = moment.report {
-            fact(ui, "sub-steps", report.substeps.to_string());
-            limit_substeps(ui, session);
-            fact(ui, "largest Courant number", format!("{:.3}", report.courant));
-            if report.froude > 0.0 {
-                fact(ui, "largest Froude number", format!("{:.3}", report.froude));
-            }
-            if report.clamps > 0 {
-                ui.colored_label(
-                    style::WARNING,
-                    format!("{} clamps: limiters of last resort fired", report.clamps),
-                );
-            }
-        }
-    }
-    if let Some(drawn) = &player.drawn {
-        fact(ui, "drawing", seconds(drawn.left.seconds));
-        let longest = drawn.left.stages.iter().map(|(_, s)| *s).fold(1e-9, f64::max);
-        for (name, spent) in &drawn.left.stages {
-            bar(ui, name, *spent, longest);
-        }
-    }
-    fact(ui, "this window", format!("{} mean", seconds(timing.mean())));
-    fact(ui, "longest", seconds(timing.longest()));
-}
-
-/// The limit on sub-steps of a live run.
-fn limit_substeps(ui: &mut egui::Ui, session: &mut Session) {
-    if session.live().is_none() {
-        return;
-    }
-    ui.horizontal(|ui| {
-        let label = ui.label("at most, in 1/60 s");
-        let most = &mut session.most_substeps;
-        ui.add(egui::DragValue::new(most).range(0..=1000).speed(0.1).custom_formatter(|n, _| {
-            if n > 0.0 { format!("{n:.0}") } else { "any number".to_owned() }
-        }))
-        .labelled_by(label.id)
-        .on_hover_text("Sub-steps while a picture stands on the screen: beyond, the run is slower than the clock rather than busier");
-    });
-}
-
-/// A stage as a bar.
-fn bar(ui: &mut egui::Ui, name: &str, spent: f64, longest: f64) {
-    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width(), 15.0), Sense::hover());
-    let painter = ui.painter_at(area);
-    let left = area.left() + 0.5 * area.width();
-    let most = area.right() - left - 56.0;
-    let width = (most * (spent / longest) as f32).max(1.0);
-    let fill = Rect::from_min_size(
-        egui::pos2(left, area.top() + 3.0),
-        vec2(width, area.height() - 6.0),
-    );
-    painter.rect_filled(fill, CornerRadius::same(2), style::ACCENT);
-    let font = egui::FontId::proportional(11.5);
-    let weak = ui.visuals().weak_text_color();
-    let clip = painter.with_clip_rect(Rect::from_min_max(
-        area.min,
-        egui::pos2(left - 4.0, area.bottom()),
-    ));
-    clip.text(
-        area.left_center() + vec2(8.0, 0.0),
-        egui::Align2::LEFT_CENTER,
-        name,
-        font.clone(),
-        weak,
-    );
-    painter.text(
-        area.right_center(),
-        egui::Align2::RIGHT_CENTER,
-        seconds(spent),
-        font,
-        weak,
-    );
-}
-
-fn clip(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
-    let Some(replay) = player.session.as_ref().and_then(|session| session.replay()) else {
-        return;
-    };
-    let last = replay.times().len() as u64 - 1;
-    let here = player
-        .session
-        .as_ref()
-        .and_then(|s| s.moment.as_ref())
-        .map_or(0, |m| m.frame.index);
-    let clip = &mut player.clip;
-    for (name, frame) in [("first frame", &mut clip.first), ("last frame", &mut clip.last)] {
-        ui.horizontal(|ui| {
-            let label = ui.label(name);
-            ui.add(egui::DragValue::new(frame).range(0..=last))
-                .labelled_by(label.id);
-            if ui
-                .small_button("here")
-                .on_hover_text("The frame that is shown")
-                .clicked()
-            {
-                *frame = here;
-            }
-        });
-    }
-    ui.horizontal(|ui| {
-        let file = ui.label("file");
-        let kinds = egui::ComboBox::from_id_salt("clip kind")
-            .selected_text(KINDS[clip.kind].0)
-            .width(60.0)
-            .show_ui(ui, |ui| {
-                for (k, (_, name)) in KINDS.iter().enumerate() {
-                    ui.selectable_value(&mut clip.kind, k, *name);
-                }
-            });
-        kinds.response.labelled_by(file.id);
-        let name = |size: meniscus_sim::glam::UVec2| format!("{} × {}", size.x, size.y);
-        let sizes = egui::ComboBox::from_id_salt("clip size")
-            .selected_text(name(SIZES[clip.size]))
-            .show_ui(ui, |ui| {
-                for (k, size) in SIZES.into_iter().enumerate() {
-                    ui.selectable_value(&mut clip.size, k, name(size));
-                }
-            });
-        sizes.response.labelled_by(file.id);
-    });
-    ui.horizontal(|ui| {
-        let label = ui.label("samples a pixel");
-        ui.add(egui::DragValue::new(&mut clip.samples).range(1..=64))
-            .labelled_by(label.id);
-    });
-    let writing = player.clipping().map(name_of);
-    match writing {
-        Some(name) => {
-            ui.horizontal(|ui| {
-                ui.spinner();
-                ui.label(format!("writing {name}"));
-            });
-        }
-        None => {
-            let hint = "As it is seen now: this renderer, camera, exposure and speed";
-            if ui.button("Write clip").on_hover_text(hint).clicked() {
-                player.write_clip(folder);
-            }
-        }
-    }
 }
 
 fn scene(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout) {

@@ -1,7 +1,7 @@
 //! The bar at the bottom: playing, seeking, recording.
 
 use super::super::model::clock::SPEEDS;
-use super::super::model::player::Player;
+use super::super::model::player::{Player, recording_name};
 use super::super::model::session::{RecordingState, Session};
 use super::super::style;
 use super::bar::name_of;
@@ -10,7 +10,6 @@ use eframe::egui::{self, Align, Color32, CornerRadius, Rect, RichText, Sense, St
 use std::path::Path;
 
 pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
-    let record_name = player.recording_name(folder);
     let mut reopen = None;
     if let Some(session) = &mut player.session {
         ui.add_space(4.0);
@@ -23,7 +22,7 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, folder: &Pa
                 ui.toggle_value(&mut session.clock.looping, "Loop")
                     .on_hover_text("From the end to the beginning (Shift+L)");
             } else {
-                record(ui, session, record_name);
+                record(ui, session, folder);
                 if let (Some(path), RecordingState::Off) = (&session.recorded, &session.recording)
                     && ui
                         .button(format!("Play {}", name_of(path)))
@@ -105,17 +104,17 @@ fn speed(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-fn record(ui: &mut egui::Ui, session: &mut Session, name: std::path::PathBuf) {
+fn record(ui: &mut egui::Ui, session: &mut Session, folder: &Path) {
     ui.separator();
     match session.recording.clone() {
         RecordingState::Off => {
             let face = RichText::new("Record").color(style::ALARM);
-            if ui
-                .button(face)
-                .on_hover_text(format!("Record from here on into {} (R)", name.display()))
-                .clicked()
-            {
-                session.record(Some(name));
+            let response = ui.button(face).on_hover_ui(|ui| {
+                let name = recording_name(session, folder);
+                ui.label(format!("Record from here on into {} (R)", name.display()));
+            });
+            if response.clicked() {
+                session.record(Some(recording_name(session, folder)));
             }
         }
         RecordingState::On(path, frames) => {
@@ -166,6 +165,9 @@ fn place(ui: &mut egui::Ui, session: &Session) {
     }
 }
 
+/// Points from the ends of the line of time to those of its panel: its handle has room at both.
+const MARGIN: f32 = 10.0;
+
 /// The line of time with its events; a recording is sought by dragging.
 fn timeline(ui: &mut egui::Ui, session: &mut Session) {
     let able = session.replay().is_some();
@@ -182,9 +184,9 @@ fn timeline(ui: &mut egui::Ui, session: &mut Session) {
     };
     let (first, last) = (session.clock.range.0, end);
     let span = (last - first).max(1e-9);
-    let x = |time: f64| area.left() + 6.0 + ((time - first) / span) as f32 * (area.width() - 12.0);
+    let x = |time: f64| area.left() + MARGIN + ((time - first) / span) as f32 * (area.width() - 2.0 * MARGIN);
     if let Some(pointer) = response.interact_pointer_pos().filter(|_| able) {
-        let share = (pointer.x - area.left() - 6.0) / (area.width() - 12.0);
+        let share = (pointer.x - area.left() - MARGIN) / (area.width() - 2.0 * MARGIN);
         session.clock.seek(first + f64::from(share) * span);
     }
     let painter = ui.painter_at(area);
@@ -218,7 +220,8 @@ fn timeline(ui: &mut egui::Ui, session: &mut Session) {
         Stroke::new(2.5, style::ACCENT),
     );
     if able && let Some(pointer) = response.hover_pos() {
-        let share = f64::from((pointer.x - area.left() - 6.0) / (area.width() - 12.0)).clamp(0.0, 1.0);
+        let share = (pointer.x - area.left() - MARGIN) / (area.width() - 2.0 * MARGIN);
+        let share = f64::from(share).clamp(0.0, 1.0);
         response.on_hover_text_at_pointer(format!("{:.2} s", first + share * span));
     }
 }
