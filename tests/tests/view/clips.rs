@@ -61,17 +61,29 @@ fn a_clip_follows_the_knobs_that_were_turned() {
     let mut driven = Driven::opened(&recording);
     driven.player.renderer = "whitted".to_owned();
     let (fewer, flat) = (
-        Value::Whole { now: 1, range: (1, 8) },
+        Value::Whole {
+            now: 1,
+            range: (1, 8),
+        },
         Value::Switch(false),
     );
     let turned = Turned::from([("interfaces", fewer), ("sunlight through waves", flat)]);
     // Both are knobs that this renderer has, and neither is as it was.
     for knob in driven.player.knobs().iter() {
-        assert!(turned.get(knob.name).is_none_or(|value| *value != knob.value), "{knob:?}");
+        assert!(
+            turned.get(knob.name).is_none_or(|value| *value != knob.value),
+            "{knob:?}"
+        );
     }
     driven.player.turned.insert("whitted".to_owned(), turned.clone());
     let listed = driven.player.knobs();
-    assert_eq!(listed.iter().filter(|knob| turned.get(knob.name) == Some(&knob.value)).count(), 2);
+    assert_eq!(
+        listed
+            .iter()
+            .filter(|knob| turned.get(knob.name) == Some(&knob.value))
+            .count(),
+        2
+    );
     let session = driven.player.session.as_mut().unwrap();
     session.exposure = -0.5;
     session.camera.orbit(meniscus_sim::glam::Vec2::new(0.1, 0.05));
@@ -89,6 +101,10 @@ fn a_clip_follows_the_knobs_that_were_turned() {
     assert!(*clip.as_raw() == seen, "{}", driven.messages());
     // It would have been another picture with the knobs as they are by default.
     let plain = drawn(&recording, &driven, &Turned::new());
-    let apart = plain.iter().zip(&seen).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+    let apart = plain
+        .iter()
+        .zip(&seen)
+        .filter(|(a, b)| a.abs_diff(**b) > 8)
+        .count();
     assert!(apart > seen.len() / 50, "{apart} of {}", seen.len());
 }

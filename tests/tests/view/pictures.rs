@@ -290,19 +290,36 @@ fn at_3840_by_2160_the_picture_has_the_room() {
         let mut window = settled(scaled(player, &folder, points.into(), theme, scale));
         // Every pixel of its place is the picture's to draw, and the rest is panels of the usual size in points.
         let pixels = window.state().pixels();
-        let rest = points - Vec2::new(pixels.x as f32, pixels.y as f32) / scale;
-        assert!((250.0..330.0).contains(&rest.x) && (80.0..120.0).contains(&rest.y), "{rest:?}");
+        let panels = points - Vec2::new(pixels.x as f32, pixels.y as f32) / scale;
+        assert!(
+            (250.0..330.0).contains(&panels.x) && (80.0..120.0).contains(&panels.y),
+            "{panels:?}"
+        );
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, points);
-        for label in ["Renderer", "Exposure", "Field of view", "Speed", "Compare", "Plots", "Open"] {
+        for label in [
+            "Renderer",
+            "Exposure",
+            "Field of view",
+            "Speed",
+            "Compare",
+            "Plots",
+            "Open",
+        ] {
             let place = window.query_all_by_label(label).next().unwrap().rect();
-            assert!(screen.contains_rect(place) && place.height() < 40.0, "{label} at {place:?}");
+            assert!(
+                screen.contains_rect(place) && place.height() < 40.0,
+                "{label} at {place:?}"
+            );
         }
         window.state_mut().layout.plots = true;
         for _ in 0..4 {
             window.step();
         }
         let plotted = window.state().pixels();
-        assert!(plotted.y < pixels.y && f64::from(plotted.y) > 0.7 * f64::from(pixels.y), "{plotted}");
+        assert!(
+            plotted.y < pixels.y && f64::from(plotted.y) > 0.7 * f64::from(pixels.y),
+            "{plotted}"
+        );
         if scale > 1.0 {
             window.state_mut().layout.plots = false;
             rest(&mut window);
@@ -340,7 +357,10 @@ fn what_is_dropped_onto_the_window_is_opened_and_plays() {
     let session = window.state().player.session.as_ref().unwrap();
     assert!(session.path == path && session.clock.playing);
     until(&mut window, "the end", |v| {
-        v.player.session.as_ref().is_some_and(|s| s.clock.time >= 1.0 && !s.clock.playing)
+        v.player
+            .session
+            .as_ref()
+            .is_some_and(|s| s.clock.time >= 1.0 && !s.clock.playing)
     });
 }
 

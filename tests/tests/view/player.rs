@@ -353,7 +353,10 @@ fn time_stands_until_the_first_picture_is_there() {
             std::thread::sleep(Duration::from_millis(5));
         }
         let clock = &driven.player.session.as_ref().unwrap().clock;
-        assert!(driven.player.waits() && clock.playing && clock.time == 0.0, "{clock:?}");
+        assert!(
+            driven.player.waits() && clock.playing && clock.time == 0.0,
+            "{clock:?}"
+        );
         assert_eq!(driven.moment().frame.index, 0);
         MADE.store(true, Ordering::Release);
         wait("frame 5", || {
@@ -400,9 +403,7 @@ fn a_live_run_is_touched_recorded_and_opened_again() {
     session.place_probe(Some(Vec2::new(1.0, 1.0)));
     let pointer = |driven: &mut Driven, down: bool| {
         let camera = driven.player.session.as_ref().unwrap().camera;
-        let (eye, direction) = camera
-            .ray(Vec2::new(0.35, 0.6), UVec2::new(48, 32))
-            .unwrap();
+        let (eye, direction) = camera.ray(Vec2::new(0.35, 0.6), UVec2::new(48, 32)).unwrap();
         let now = driven.now;
         driven.player.touch(&Pointer {
             eye,

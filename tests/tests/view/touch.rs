@@ -11,12 +11,13 @@ use meniscus_sim::recording::Reader;
 /// How far the water stands higher towards +X, metres.
 fn slope(frame: &Frame) -> f32 {
     let spec = frame.spec();
-    let half = |from: u32| {
-        let columns = (0..spec.size.y).flat_map(move |j| (from..from + spec.size.x / 2).map(move |i| (i, j)));
+    let (nx, nz) = (spec.size.x as usize, spec.size.y as usize);
+    let half = |from: usize| {
+        let columns = (0..nz).flat_map(move |j| (from..from + nx / 2).map(move |i| (i, j)));
         let heights = columns.map(|(i, j)| frame.elevation.as_slice()[spec.index(i, j)]);
-        heights.sum::<f32>() / (spec.size.y * (spec.size.x / 2)) as f32
+        heights.sum::<f32>() / (nz * (nx / 2)) as f32
     };
-    half(spec.size.x - spec.size.x / 2) - half(0)
+    half(nx - nx / 2) - half(0)
 }
 
 #[test]
@@ -82,7 +83,10 @@ fn a_vessel_is_tilted_by_hand_and_the_water_follows() {
             other => panic!("{other:?}"),
         })
         .collect();
-    assert!(gravities[..15].windows(2).all(|pair| pair[0].x < pair[1].x), "{gravities:?}");
+    assert!(
+        gravities[..15].windows(2).all(|pair| pair[0].x < pair[1].x),
+        "{gravities:?}"
+    );
     assert_eq!(gravities[15], Vec3::new(0.0, -9.81, 0.0));
 }
 

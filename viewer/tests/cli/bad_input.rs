@@ -360,7 +360,11 @@ fn overrides_do_not_apply_to_recordings() {
         refuses(&folder, &args, &["--set", "run.mrec", "record it again"]);
     }
     // Nor without any file.
-    refuses(&folder, &["view", "--set", "water.level=1"], &["--set", "scene file"]);
+    refuses(
+        &folder,
+        &["view", "--set", "water.level=1"],
+        &["--set", "scene file"],
+    );
 }
 
 #[test]

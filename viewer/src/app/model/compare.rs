@@ -19,8 +19,16 @@ impl Mode {
     pub const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Split, "Split", "A beside B; drag the line between them"),
         (Self::Flicker, "Flicker", "A and B in turn"),
-        (Self::Difference, "Difference", "How far A is from B, by FLIP: dark where they look the same"),
-        (Self::Tile, "Tile", "B as a tile in the middle of A, drawn while nothing moves"),
+        (
+            Self::Difference,
+            "Difference",
+            "How far A is from B, by FLIP: dark where they look the same",
+        ),
+        (
+            Self::Tile,
+            "Tile",
+            "B as a tile in the middle of A, drawn while nothing moves",
+        ),
     ];
 }
 

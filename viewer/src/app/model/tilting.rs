@@ -46,7 +46,11 @@ impl Tilting {
         let near = water.unwrap_or(Vec3::new(middle.x, 0.0, middle.y)).as_dvec3();
         let distance = (near - pointer.eye).dot(pointer.direction).max(1e-6);
         // From straight above, any direction on the level is to the right.
-        let right = pointer.direction.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
+        let right = pointer
+            .direction
+            .cross(DVec3::Y)
+            .try_normalize()
+            .unwrap_or(DVec3::X);
         let up = right.cross(pointer.direction);
         Some(Self {
             upright,
@@ -121,7 +125,10 @@ mod tests {
         let Some(Action::Tilt { gravity }) = right else {
             panic!("{right:?}")
         };
-        assert!(gravity.x > 3.0 && gravity.z.abs() < 0.1 && gravity.y < 0.0, "{gravity}");
+        assert!(
+            gravity.x > 3.0 && gravity.z.abs() < 0.1 && gravity.y < 0.0,
+            "{gravity}"
+        );
         assert!((gravity.length() - 9.81).abs() < 1e-4, "{gravity}");
         // Half the width of the domain is its height: 0.05 m over 0.1 m.
         let degrees = tilting.degrees();

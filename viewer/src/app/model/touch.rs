@@ -39,7 +39,11 @@ impl Tool {
         (Self::Rain, "Rain", "hold to let drops fall"),
         (Self::Press, "Press", "click to press the surface down"),
         (Self::Drag, "Drag", "drag floating bodies"),
-        (Self::Tilt, "Tilt", "drag to tilt the vessel; it stands upright when let go"),
+        (
+            Self::Tilt,
+            "Tilt",
+            "drag to tilt the vessel; it stands upright when let go",
+        ),
         (Self::Probe, "Probe", "click to plot the elevation there"),
     ];
 
@@ -62,7 +66,9 @@ impl Tool {
     pub fn idle(self, scene: &Scene) -> Option<&'static str> {
         let floats = || scene.description.objects.iter().any(|o| o.motion == Motion::Free);
         match self {
-            Self::Drag if !floats() => Some("Nothing floats in this scene: it has no object whose motion is free"),
+            Self::Drag if !floats() => {
+                Some("Nothing floats in this scene: it has no object whose motion is free")
+            }
             Self::Tilt if tilting::gravity(scene).is_none() => {
                 Some("Only vessels of the solver sph can be tilted, as in data/scenes/glass.toml")
             }

@@ -49,7 +49,12 @@ fn first(painter: &egui::Painter, area: Rect, player: &Player) {
         ""
     };
     let text = format!("{renderer} draws the first picture…{shaders}");
-    let galley = painter.layout(text, FontId::proportional(15.0), Color32::GRAY, 0.8 * area.width());
+    let galley = painter.layout(
+        text,
+        FontId::proportional(15.0),
+        Color32::GRAY,
+        0.8 * area.width(),
+    );
     let place = Align2::CENTER_CENTER.anchor_size(area.center(), galley.size());
     painter.galley(place.min, galley, Color32::GRAY);
 }

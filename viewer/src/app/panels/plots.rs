@@ -14,7 +14,7 @@ const MOST_POINTS: usize = 600;
 
 /// Points between two numbers of the axis of time at which they appear and are plain: a plot is narrow, and should have
 /// more than one.
-const TIME_SPACING: Rangef = Rangef::new(28.0, 40.0);
+const TIME_SPACING: Rangef = Rangef { min: 28.0, max: 40.0 };
 
 /// Colours of the curves of a plot.
 const COLORS: [Color32; 8] = [
@@ -79,7 +79,10 @@ pub(in super::super) fn show(
     folder: &Path,
 ) {
     let mut save = false;
-    let probed = player.session.as_ref().is_some_and(|session| session.probe.is_some());
+    let probed = player
+        .session
+        .as_ref()
+        .is_some_and(|session| session.probe.is_some());
     ui.horizontal_wrapped(|ui| {
         for (title, shown) in TITLES.iter().zip(&mut layout.plotted) {
             let choice = ui.toggle_value(shown, *title);

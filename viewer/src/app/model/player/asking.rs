@@ -3,7 +3,7 @@
 use super::super::camera::Camera;
 use super::super::drawing::Order;
 use super::super::quality::{Quality, divided};
-use super::{Player, REST};
+use super::{Mode, Player, REST};
 use meniscus_sim::glam::UVec2;
 use meniscus_sim::knobs::Turned;
 

@@ -8,7 +8,13 @@ use std::path::Path;
 
 pub(super) fn show(ui: &mut egui::Ui, player: &mut Player, folder: &Path) {
     let Some(replay) = player.session.as_ref().and_then(|session| session.replay()) else {
-        ui.label(RichText::new("Clips are written of recordings: record this run (R), then play what was recorded").weak().small());
+        ui.label(
+            RichText::new(
+                "Clips are written of recordings: record this run (R), then play what was recorded",
+            )
+            .weak()
+            .small(),
+        );
         return;
     };
     let last = replay.times().len() as u64 - 1;
