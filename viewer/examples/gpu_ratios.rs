@@ -187,15 +187,15 @@ fn check(size: UVec2) -> anyhow::Result<()> {
         let Some(s) = Summary::of(&map, Some(&water)) else {
             continue;
         };
+        let missing = renderer.missing();
         println!(
-            "  {:<22} {:.4} {:.4}   first frame {:.2} s, {} pipelines, {:.1} MiB held, missing {:?}",
+            "  {:<22} {:.4} {:.4}   first frame {:.2} s, {} pipelines, {:.1} MiB held, missing {missing:?}",
             name,
             s.mean,
             s.p95,
             first,
             renderer.pipelines(),
-            renderer.held_bytes() as f64 / 1_048_576.0,
-            renderer.missing()
+            renderer.held_bytes() as f64 / 1_048_576.0
         );
     }
     Ok(())

@@ -5,7 +5,6 @@ use super::tilting::{self, Tilting};
 use meniscus_sim::events::Action;
 use meniscus_sim::glam::{DVec3, Vec2, Vec3};
 use meniscus_sim::rng::Rng;
-use meniscus_sim::scene::description::Motion;
 use meniscus_sim::{Frame, Scene};
 
 /// What the pointer is for.
@@ -22,7 +21,7 @@ pub enum Tool {
     Rain,
     /// It presses the surface down once.
     Press,
-    /// It holds free bodies.
+    /// It holds bodies.
     Drag,
     /// It tilts the vessel.
     Tilt,
@@ -38,7 +37,7 @@ impl Tool {
         (Self::Pour, "Pour", "hold to pour water"),
         (Self::Rain, "Rain", "hold to let drops fall"),
         (Self::Press, "Press", "click to press the surface down"),
-        (Self::Drag, "Drag", "drag floating bodies"),
+(Self::Drag, "Drag", "drag bodies"),
         (
             Self::Tilt,
             "Tilt",
@@ -64,11 +63,10 @@ impl Tool {
 
     /// Why there is nothing for it to do in a run of this scene, if so.
     pub fn idle(self, scene: &Scene) -> Option<&'static str> {
-        let floats = || scene.description.objects.iter().any(|o| o.motion == Motion::Free);
+        let description = &scene.description;
+        let drags = || description.objects.iter().any(|object| description.can_drag(object));
         match self {
-            Self::Drag if !floats() => {
-                Some("Nothing floats in this scene: it has no object whose motion is free")
-            }
+            Self::Drag if !drags() => Some("There is no body in this scene that can be dragged"),
             Self::Tilt if tilting::gravity(scene).is_none() => {
                 Some("Only vessels of the solver sph can be tilted, as in data/scenes/glass.toml")
             }
