@@ -37,7 +37,7 @@ impl Tool {
         (Self::Pour, "Pour", "hold to pour water"),
         (Self::Rain, "Rain", "hold to let drops fall"),
         (Self::Press, "Press", "click to press the surface down"),
-(Self::Drag, "Drag", "drag bodies"),
+        (Self::Drag, "Drag", "drag bodies"),
         (
             Self::Tilt,
             "Tilt",
@@ -64,7 +64,12 @@ impl Tool {
     /// Why there is nothing for it to do in a run of this scene, if so.
     pub fn idle(self, scene: &Scene) -> Option<&'static str> {
         let description = &scene.description;
-        let drags = || description.objects.iter().any(|object| description.can_drag(object));
+        let drags = || {
+            description
+                .objects
+                .iter()
+                .any(|object| description.can_drag(object))
+        };
         match self {
             Self::Drag if !drags() => Some("There is no body in this scene that can be dragged"),
             Self::Tilt if tilting::gravity(scene).is_none() => {

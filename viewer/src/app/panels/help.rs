@@ -42,6 +42,9 @@ const KEYS: [(&str, [(&str, &str); 13]); 2] = [
     ),
 ];
 
+/// Points that the list takes where there is room.
+const MOST: egui::Vec2 = egui::vec2(940.0, 480.0);
+
 pub(in super::super) fn show(ctx: &egui::Context, open: &mut bool) {
     egui::Window::new("Keys")
         .open(open)
@@ -53,6 +56,8 @@ pub(in super::super) fn show(ctx: &egui::Context, open: &mut bool) {
             egui::ScrollArea::both()
                 .max_width(room.x)
                 .max_height(room.y)
+                .min_scrolled_width(room.x.min(MOST.x))
+                .min_scrolled_height(room.y.min(MOST.y))
                 .show(ui, |ui| {
                     ui.horizontal_top(|ui| {
                         for (title, keys) in KEYS {
