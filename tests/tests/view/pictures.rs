@@ -320,6 +320,11 @@ fn at_3840_by_2160_the_picture_has_the_room() {
             plotted.y < pixels.y && f64::from(plotted.y) > 0.7 * f64::from(pixels.y),
             "{plotted}"
         );
+        // The panel of the plots keeps its size.
+        for _ in 0..30 {
+            window.step();
+        }
+        assert_eq!(window.state().pixels(), plotted);
         if scale > 1.0 {
             window.state_mut().layout.plots = false;
             rest(&mut window);

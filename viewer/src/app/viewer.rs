@@ -131,6 +131,8 @@ impl Viewer {
                     .show(ui, |ui| {
                         let (player, layout) = (&mut self.player, &mut self.layout);
                         panels::plots::show(ui, player, layout, &mut self.curves, &self.folder);
+                        // A panel that can be resized is as large as what it holds: it would shrink to that.
+                        ui.take_available_space();
                     });
             }
             if self.layout.side {
