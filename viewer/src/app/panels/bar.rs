@@ -6,6 +6,9 @@ use super::super::viewer::Layout;
 use eframe::egui::{self, Align, RichText, Theme, ViewportCommand};
 use std::path::{Path, PathBuf};
 
+/// Points right of the name of what is open from which on there is room to say more of it.
+const ROOM: f32 = 620.0;
+
 pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mut Layout, folder: &Path) {
     ui.add_space(2.0);
     ui.horizontal(|ui| {
@@ -37,8 +40,11 @@ pub(in super::super) fn show(ui: &mut egui::Ui, player: &mut Player, layout: &mu
                         )
                     }
                 };
-                ui.label(RichText::new(what).weak())
-                    .on_hover_text(session.path.display().to_string());
+                // In a small window the buttons need the room.
+                if ui.available_width() > ROOM {
+                    ui.label(RichText::new(what).weak())
+                        .on_hover_text(session.path.display().to_string());
+                }
             }
         }
         if let Some(path) = player.opening() {
