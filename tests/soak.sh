@@ -65,6 +65,6 @@ for name in live loop; do
             printf "%s: %.0f MiB after a quarter of the time, %.0f at the end, %.0f at most\n", name, early / 1024, late / 1024, most / 1024
             exit (late - early > 16384)
         }' "$name.rss" || failed=1
-    grep -E 'panels|window|frames' "$name.log" || true
+    grep -E 'panels|window|processor|frames' "$name.log" || true
 done
 exit $failed

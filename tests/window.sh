@@ -35,7 +35,7 @@ open() {
 shut() {
     key ctrl+q
     wait "$window" || true
-    grep -E 'panels|window' "$out/window.log" || true
+    grep -E 'panels|window|processor' "$out/window.log" || true
 }
 
 rm -f "$out"/*.mrec "$out"/*.png

@@ -103,6 +103,19 @@ fn setup() -> WgpuSetup {
     WgpuSetup::CreateNew(create)
 }
 
+/// What to do where no window can be opened.
+const REMEDY: &str = "it needs a display (on Linux: X11 or XWayland, environment variable DISPLAY) and a Vulkan, Metal or Direct3D 12 \
+                      driver. `meniscus render` draws without a window, and `meniscus export` writes frames for ParaView and Blender";
+
+/// Whether there is a display to open a window on, as far as the environment says: what the system says without one is not for users.
+fn has_display() -> bool {
+    let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !cfg!(target_os = "linux")
+        || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"]
+            .into_iter()
+            .any(set)
+}
+
 /// What the window opens with: a file, the changes to its scene's keys, and what was read of it.
 pub(crate) type Given<'a> = (&'a Path, &'a [String], Input);
 
@@ -112,6 +125,9 @@ pub(crate) type Given<'a> = (&'a Path, &'a [String], Input);
 /// # Errors
 /// A message if there is no display, or nothing that can draw a window.
 pub(crate) fn run(given: Option<Given<'_>>, interrupt: Interrupt) -> Result<Closed, String> {
+    if !has_display() {
+        return Err(format!("no window can be opened: no display is set; {REMEDY}"));
+    }
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("Meniscus")
@@ -161,11 +177,7 @@ pub(crate) fn run(given: Option<Given<'_>>, interrupt: Interrupt) -> Result<Clos
         }),
     );
     let closed = closed.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    outcome.map(|()| closed).map_err(|error| {
-        format!(
-            "no window can be opened: {error}; it needs a display (on Linux: X11 or XWayland, environment variable DISPLAY) \
-             and a Vulkan, Metal or Direct3D 12 driver. `meniscus render` draws without a window, and `meniscus export` writes frames for \
-             ParaView and Blender"
-        )
-    })
+    outcome
+        .map(|()| closed)
+        .map_err(|error| format!("no window can be opened: {error}; {REMEDY}"))
 }
