@@ -10,3 +10,4 @@ mod pictures;
 mod player;
 mod support;
 mod touch;
+mod waiting;
