@@ -28,11 +28,14 @@ const COLORS: [Color32; 8] = [
     Color32::from_rgb(150, 140, 100),
 ];
 
-/// Rows from which on curves are made anew only now and then.
+/// Rows from which on curves are made anew only when another point of theirs is due.
 const MANY_ROWS: usize = 1000;
 
-/// How often they are then.
-const NOW_AND_THEN: Duration = Duration::from_millis(250);
+/// Changes of a history that come with a row: what was solved, in which stages, and what was drawn.
+const CHANGES_A_ROW: u64 = 3;
+
+/// After which they are made anew at the latest.
+const NOW_AND_THEN: Duration = Duration::from_secs(2);
 
 /// What curves were made from: the session, its changes and which of them are plotted.
 type Basis = (u64, u64, Vec<bool>);
@@ -49,13 +52,16 @@ pub(in super::super) struct Curves {
 impl Curves {
     fn update(&mut self, session: u64, history: &History, plotted: &[bool]) {
         let basis = (session, history.changes(), plotted.to_vec());
+        let few =
+            |changes: u64| basis.1.saturating_sub(changes) < CHANGES_A_ROW * group(history.len()) as u64;
         let stands = self
             .made
             .as_ref()
             .is_some_and(|((number, changes, shown), made)| {
                 *number == session
                     && shown.as_slice() == plotted
-                    && (*changes == basis.1 || history.len() > MANY_ROWS && made.elapsed() < NOW_AND_THEN)
+                    && (*changes == basis.1
+                        || history.len() > MANY_ROWS && few(*changes) && made.elapsed() < NOW_AND_THEN)
             });
         if stands {
             return;
@@ -171,11 +177,15 @@ pub(in super::super) fn show(
     });
 }
 
+/// Rows whose lowest and highest values are kept, of so many.
+fn group(rows: usize) -> usize {
+    (2 * rows).div_ceil(MOST_POINTS).max(1)
+}
+
 /// A curve of at most [`MOST_POINTS`]: of each group of rows the lowest and the highest.
 fn points(rows: &[&Row], read: Read) -> Vec<PlotPoint> {
-    let group = (2 * rows.len()).div_ceil(MOST_POINTS).max(1);
     let mut points = Vec::with_capacity(MOST_POINTS + 2);
-    for rows in rows.chunks(group) {
+    for rows in rows.chunks(group(rows.len())) {
         let values = rows.iter().filter_map(|row| Some((row.time, read.of(row)?)));
         let mut extremes: Option<[(f64, f64); 2]> = None;
         for value in values {
