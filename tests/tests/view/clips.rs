@@ -60,11 +60,16 @@ fn a_clip_follows_the_knobs_that_were_turned() {
     let recording = folder.record("run.mrec", TRAY);
     let mut driven = Driven::opened(&recording);
     driven.player.renderer = "whitted".to_owned();
-    let number = |now: f32, range: (f32, f32), unit: &'static str| Value::Number { now, range, unit };
-    let turned = Turned::from([
-        ("visual range", number(0.1, (0.1, 1000.0), "km")),
-        ("least share", number(10.0, (0.001, 10.0), "%")),
-    ]);
+    let haze = Value::Number {
+        now: 0.1,
+        range: (0.1, 1000.0),
+        unit: "km",
+    };
+    let fewer = Value::Whole {
+        now: 1,
+        range: (1, 8),
+    };
+    let turned = Turned::from([("visual range", haze), ("interfaces", fewer)]);
     // Both are knobs that this renderer has, and neither is as it was.
     for knob in driven.player.knobs().iter() {
         assert!(

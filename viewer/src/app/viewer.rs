@@ -233,11 +233,11 @@ impl Viewer {
                 .position(|(mode, ..)| *mode == self.player.compare.mode);
             self.player.compare.mode = Mode::ALL[(at.unwrap_or(0) + 1) % Mode::ALL.len()].0;
         }
-        if pressed(Key::R) {
-            if let Some(session) = &mut self.player.session {
-                let off = session.recording == RecordingState::Off;
-                session.record(off.then(|| recording_name(session, &self.folder)));
-            }
+        if pressed(Key::R)
+            && let Some(session) = &mut self.player.session
+        {
+            let off = session.recording == RecordingState::Off;
+            session.record(off.then(|| recording_name(session, &self.folder)));
         }
         let Some(session) = &mut self.player.session else {
             return;
