@@ -31,6 +31,7 @@ mod column;
 mod filter;
 mod heightfield;
 mod max_mip;
+mod packet;
 mod route;
 mod samples;
 mod surface;
