@@ -30,6 +30,7 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod lanes;
 mod max_mip;
 mod packet;
 mod route;
