@@ -1,18 +1,18 @@
 //! Many rays at once: every stage runs over the whole batch before the next begins.
 //!
 //! Stages have no branches that depend on a single ray, so the processor overlaps the rays of a stage, which hides the
-//! latency of loads and divisions. A ray that a stage does not settle is queued for the stage that it needs next.
+//! latency of loads and divisions. A ray that a stage does not settle is queued for the stage that it needs next. Where the
+//! arithmetic is long, rays leave the queue in packets of eight ([`super::packet`]).
 
 use super::blocks::{Blocks, PairBounds};
 use super::column::{Columns, Side};
 use super::filter::Strip;
-use super::route::Route;
 use super::packet::{LANES, Packet};
+use super::route::Route;
 use super::surface::{Layout, Patch, Surface};
 use super::walk::{Walk, Walks};
 use super::{Hit, Ray};
 use fearless_simd::Simd;
-use glam::DVec3;
 
 /// Rays of a batch.
 pub(crate) const BATCH: usize = 128;
@@ -111,13 +111,11 @@ impl<'a> Batch<'a> {
             }
         }
         let (within, len) = within.take();
-        let (packets, rest) = within[..len.min(BATCH)].as_chunks::<LANES>();
-        for packet in packets {
-            self.begin_within(simd, *packet, LANES, rays, hits);
+        let (packets, rest) = within[..len.min(BATCH)].as_chunks();
+        for &packet in packets {
+            self.begin_within(simd, packet, LANES, rays, hits);
         }
-        if let Some(&ray) = rest.first() {
-            let mut packet = [ray; LANES];
-            packet[..rest.len()].copy_from_slice(rest);
+        if let Some(packet) = filled_up(rest) {
             self.begin_within(simd, packet, rest.len(), rays, hits);
         }
     }
@@ -144,7 +142,11 @@ impl<'a> Batch<'a> {
                 continue;
             };
             if above[lane].abs() > walk.rounding {
-                let side = if above[lane] > 0.0 { Side::Above } else { Side::Below };
+                let side = if above[lane] > 0.0 {
+                    Side::Above
+                } else {
+                    Side::Below
+                };
                 self.enter(k, &walk, side, walk.first);
             } else if let (Some(ray), Some(hit)) = (rays.get(k), hits.get_mut(k)) {
                 self.leave_surface(k, ray, hit);
@@ -152,7 +154,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// What starts on the surface must find its side first.
+    /// Walks a ray that starts on the surface until it has left it, which decides its side.
     #[inline(never)]
     fn leave_surface(&mut self, k: usize, ray: &Ray, hit: &mut Option<Hit>) {
         let Some(walk) = self.walks.get(k) else {
@@ -210,12 +212,11 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Solves a column of every ray that waits for one, in packets; what does not fill a packet waits while there is other work.
+    /// Solves a column of every ray that waits for one; those that do not fill a packet wait while there is other work.
     #[inline(always)]
     fn solve_columns<S: Simd>(&mut self, simd: S, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let (queued, len) = self.exact.take();
         let queued = &queued[..len.min(BATCH)];
-        let (packets, rest) = queued.as_chunks::<LANES>();
         if self.surface.patch != Patch::Bilinear {
             for &ray in queued {
                 let column = self.routes[usize::from(ray) % BATCH].next_column();
@@ -223,19 +224,15 @@ impl<'a> Batch<'a> {
             }
             return;
         }
+        let (packets, rest) = queued.as_chunks();
         for &packet in packets {
             self.solve_packet(simd, packet, LANES, rays, hits);
-        }
-        if rest.is_empty() {
-            return;
         }
         if self.windows.len + self.inside.len > 0 {
             for &ray in rest {
                 self.exact.push_if(ray, true);
             }
-        } else {
-            let mut packet = [rest[0]; LANES];
-            packet[..rest.len()].copy_from_slice(rest);
+        } else if let Some(packet) = filled_up(rest) {
             self.solve_packet(simd, packet, rest.len(), rays, hits);
         }
     }
@@ -250,25 +247,22 @@ impl<'a> Batch<'a> {
         rays: &[Ray],
         hits: &mut [Option<Hit>],
     ) {
-        let mut columns = [0; LANES];
-        let mut mirror = [1.0; LANES];
-        for (lane, &ray) in packet.iter().enumerate().take(len) {
+        let (mut columns, mut lines, mut mirror) = ([0; LANES], [0.0; LANES], [1.0; LANES]);
+        for (lane, &ray) in packet.iter().enumerate() {
             let k = usize::from(ray) % BATCH;
-            columns[lane] = self.routes[k].next_column();
+            // Lanes beyond `len` repeat the first.
+            columns[lane] = if lane < len {
+                self.routes[k].next_column()
+            } else {
+                columns[0]
+            };
+            lines[lane] = f64::from(columns[lane]);
             mirror[lane] = if self.sides[k] == Side::Below { -1.0 } else { 1.0 };
         }
-        for lane in len..LANES {
-            columns[lane] = columns[0];
-        }
-        let mut column = [0.0; LANES];
-        for (to, from) in column.iter_mut().zip(columns) {
-            *to = f64::from(from);
-        }
-        let found =
-            Packet::new(simd, self.surface, &self.walks, packet, column).solve(&self.walks, mirror);
-        let Some(found) = found else {
-            for lane in 0..len {
-                self.solve_one(packet[lane], columns[lane], rays, hits);
+        let packet_of_walks = Packet::new(simd, self.surface, &self.walks, packet, lines);
+        let Some(found) = packet_of_walks.solve(&self.walks, mirror) else {
+            for (&ray, column) in packet.iter().zip(columns).take(len) {
+                self.solve_one(ray, column, rays, hits);
             }
             return;
         };
@@ -283,22 +277,15 @@ impl<'a> Batch<'a> {
                 continue;
             };
             if found.hits >> lane & 1 != 0 {
-                let t = found.t[lane];
-                let point = source.at(t);
-                let [x, y, z] = found.normal;
-                let (column, row) = (columns[lane], found.row[lane] as u32);
-                *hit = Some(Hit {
-                    t,
-                    position: DVec3::new(point.x, found.height[lane], point.z),
-                    normal: DVec3::new(x[lane], y[lane], z[lane]),
-                    cell: if self.walks.major_is_x(k) { (column, row) } else { (row, column) },
-                });
+                let x_is_major = self.walks.major_is_x(k);
+                *hit = Some(found.hit(lane, columns[lane], x_is_major, source));
             } else {
                 self.queue(ray);
             }
         }
     }
 
+    /// As [`Self::solve_packet`] for one ray, of which there are few.
     #[inline(never)]
     fn solve_one(&mut self, ray: u8, column: u32, rays: &[Ray], hits: &mut [Option<Hit>]) {
         let k = usize::from(ray) % BATCH;
@@ -323,4 +310,14 @@ impl<'a> Batch<'a> {
         self.windows
             .push_if(ray, !solve & !look && !route.is_short() && route.next_window());
     }
+}
+
+/// A packet of too few rays: the first stands in for those that are missing.
+#[inline(always)]
+fn filled_up(rays: &[u8]) -> Option<[u8; LANES]> {
+    let mut packet = [*rays.first()?; LANES];
+    for (to, &ray) in packet.iter_mut().zip(rays) {
+        *to = ray;
+    }
+    Some(packet)
 }

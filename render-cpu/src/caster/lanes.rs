@@ -10,6 +10,7 @@ use super::walk::Axes;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, i32x8, i64x8, mask64x8};
 
+/// One horizontal axis of eight walks; see [`Axis`](super::walk::Axis).
 #[derive(Clone, Copy)]
 pub(crate) struct Axis<S: Simd> {
     pub(crate) origin: f64x8<S>,
@@ -25,6 +26,7 @@ pub(crate) struct Strides<S: Simd> {
 }
 
 impl<S: Simd> Strides<S> {
+    /// The places of samples, given as whole numbers.
     #[inline(always)]
     pub(crate) fn place(&self, index: f64x8<S>) -> i32x8<S> {
         let index = integers(index);
@@ -61,6 +63,7 @@ pub(crate) struct Quads<S: Simd> {
 }
 
 impl<S: Simd> Quads<S> {
+    /// From the samples of two rows, each on the line where the ray enters and on that where it leaves.
     #[inline(always)]
     pub(crate) fn new(lower: [f64x8<S>; 2], upper: [f64x8<S>; 2]) -> Self {
         Self {
@@ -151,6 +154,7 @@ impl<S: Simd> Pieces<S> {
     }
 }
 
+/// The values of some rays of a batch.
 #[inline(always)]
 pub(crate) fn pick<S: Simd>(simd: S, values: &[f64; BATCH], rays: [usize; LANES]) -> f64x8<S> {
     let mut lanes = [0.0; LANES];
@@ -161,7 +165,7 @@ pub(crate) fn pick<S: Simd>(simd: S, values: &[f64; BATCH], rays: [usize; LANES]
 }
 
 #[inline(always)]
-pub(crate) fn integers<S: Simd>(x: f64x8<S>) -> i32x8<S> {
+fn integers<S: Simd>(x: f64x8<S>) -> i32x8<S> {
     let simd = x.simd;
     let whole: [i64; LANES] = x.to_int::<i64x8<S>>().into();
     let mut lanes = [0; LANES];
@@ -171,6 +175,7 @@ pub(crate) fn integers<S: Simd>(x: f64x8<S>) -> i32x8<S> {
     lanes.simd_into(simd)
 }
 
+/// Samples in double precision; `None` if a place is outside, which callers rule out.
 #[inline(always)]
 pub(crate) fn wide<S: Simd>(simd: S, samples: &[f32], at: i32x8<S>) -> Option<f64x8<S>> {
     let (a, b) = gather(simd, samples, at.into())?.widen();

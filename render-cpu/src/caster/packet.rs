@@ -1,16 +1,18 @@
 //! Packets of eight rays in lockstep: one column of each is solved at the same time, a ray a lane.
 //!
 //! The arithmetic is that of [`Columns::crossing`](super::column::Columns::crossing) and
-//! [`Crossing::hit`](super::column::Crossing::hit), operation for operation in the same order, so that answers agree to the
-//! last bit; only the branches are gone, of which a ray alone mispredicts about two a column. The rays of a packet need
-//! nothing in common but that they wait for a column.
+//! [`Crossing::hit`](super::column::Crossing::hit) on bilinear patches, operation for operation in the same order, so that
+//! answers agree to the last bit; only the branches are gone, which a ray alone cannot predict. The rays of a packet need
+//! nothing in common but that each waits for a column.
 
 use super::batch::BATCH;
 use super::lanes::{Axis, Pieces, Quads, Strides, larger, lerp, pick, select, smaller, wide};
 use super::surface::Surface;
 use super::walk::Walks;
+use super::{Hit, Ray};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8, i32x8, i64x8, mask64x8};
+use glam::DVec3;
 
 /// Rays of a packet.
 pub(crate) const LANES: usize = 8;
@@ -28,6 +30,23 @@ pub(crate) struct Found {
     pub(crate) normal: [[f64; LANES]; 3],
     /// Cell along the minor axis.
     pub(crate) row: [i64; LANES],
+}
+
+impl Found {
+    /// What the caller of a ray that hits is told.
+    #[inline(always)]
+    pub(crate) fn hit(&self, lane: usize, column: u32, major_is_x: bool, ray: &Ray) -> Hit {
+        let t = self.t[lane];
+        let point = ray.at(t);
+        let [x, y, z] = &self.normal;
+        let row = self.row[lane] as u32;
+        Hit {
+            t,
+            position: DVec3::new(point.x, self.height[lane], point.z),
+            normal: DVec3::new(x[lane], y[lane], z[lane]),
+            cell: if major_is_x { (column, row) } else { (row, column) },
+        }
+    }
 }
 
 /// Eight walks, as [`Walk`](super::walk::Walk) is one, and the columns that they are in.
@@ -51,7 +70,7 @@ pub(crate) struct Packet<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> Packet<'a, S> {
-    /// Column `columns[k]` of ray `rays[k]` for all `k`.
+    /// Ray `rays[k]` in column `columns[k]`, for all `k`.
     #[inline(always)]
     pub(crate) fn new(
         simd: S,
@@ -164,7 +183,7 @@ impl<'a, S: Simd> Packet<'a, S> {
         Some(self.inside(&quads, row, self.start).into())
     }
 
-    /// Solves the columns. `None` as for [`Self::starts`].
+    /// Solves the columns; `mirror` is -1 for rays below the surface, else 1. `None` as for [`Self::starts`].
     #[inline(always)]
     pub(crate) fn solve(&self, walks: &Walks<BATCH>, mirror: [f64; LANES]) -> Option<Found> {
         let (simd, minor, start) = (self.simd, &self.minor, self.start);
@@ -211,13 +230,19 @@ impl<'a, S: Simd> Packet<'a, S> {
         let in_first = before.have_root();
         let hits = in_first | (crosses & after.have_root());
         let t = Pieces::select(in_first, before, after).root(simd);
-        let (quads, row) = (Quads::select(in_first, first, second), in_first.select(row, row_far));
+        let (quads, row) = (
+            Quads::select(in_first, first, second),
+            in_first.select(row, row_far),
+        );
 
         // The points that were hit.
         let (u, v) = (self.ahead(t), minor.at(t) - row);
         let (along, across) = quads.slopes(u, v);
         let along = self.forward.select(along, -along);
-        let (x, z) = (-self.along_x.select(along, across), -self.along_x.select(across, along));
+        let (x, z) = (
+            -self.along_x.select(along, across),
+            -self.along_x.select(across, along),
+        );
         let y = f64x8::splat(simd, self.spacing);
         let scale = 1.0 / (x * x + y * y + z * z).sqrt();
         Some(Found {
