@@ -1,4 +1,4 @@
-//! The caster against brute force over fuzzed heightfields.
+//! The caster against brute force over fuzzed heightfields, ray by ray; batches against single rays.
 //!
 //! `MENISCUS_CASTER_RAYS=1200000` sets how many rays are compared (the bar is 10⁶); the default is a quick subset.
 
@@ -76,6 +76,39 @@ impl Case<'_> {
     }
 }
 
+/// Rays to which a batch does not answer with the bits of [`Heightfield::cast`]: kinds mixed, so that the rays of a packet have
+/// nothing in common, and kind by kind.
+fn unlike_batches(caster: &Heightfield, rays: &[(Kind, Ray)]) -> Vec<String> {
+    let bits = |hit: Option<Hit>| {
+        hit.map(|h| {
+            let numbers = [h.t]
+                .into_iter()
+                .chain(h.position.to_array())
+                .chain(h.normal.to_array());
+            (numbers.map(f64::to_bits).collect::<Vec<_>>(), h.cell)
+        })
+    };
+    let by_kind = Kind::ALL
+        .iter()
+        .flat_map(|kind| rays.iter().filter(move |(k, _)| k == kind));
+    let orders: [Vec<Ray>; 2] = [
+        rays.iter().map(|&(_, ray)| ray).collect(),
+        by_kind.map(|&(_, ray)| ray).collect(),
+    ];
+    let mut unlike = Vec::new();
+    for rays in orders {
+        let mut answers = vec![None; rays.len()];
+        caster.cast_batch(&rays, 0.0, f64::INFINITY, &mut answers);
+        for (ray, answer) in rays.iter().zip(answers) {
+            let alone = caster.cast(ray, 0.0, f64::INFINITY);
+            if bits(answer) != bits(alone) {
+                unlike.push(format!("{ray:?} alone: {alone:?}, in a batch: {answer:?}"));
+            }
+        }
+    }
+    unlike
+}
+
 fn compare(total: u64, patch: Patch, seed: u64) -> Tally {
     let sizes = [
         (2, 2),
@@ -99,9 +132,14 @@ fn compare(total: u64, patch: Patch, seed: u64) -> Tally {
         let bounds = Bounds::of(&grid);
         let caster = Heightfield::build_with(&grid, patch).unwrap();
         let brute = BruteForce::build(&grid, patch).unwrap();
-        for n in 0..per_field {
-            let kind = Kind::ALL[(n % Kind::ALL.len() as u64) as usize];
-            let ray = ray(kind, &bounds, &caster, &mut rng);
+        let rays: Vec<(Kind, Ray)> = (0..per_field)
+            .map(|n| {
+                let kind = Kind::ALL[(n % Kind::ALL.len() as u64) as usize];
+                (kind, ray(kind, &bounds, &caster, &mut rng))
+            })
+            .collect();
+        tally.wrong.extend(unlike_batches(&caster, &rays));
+        for (kind, ray) in rays {
             // The oracle counts a root where a ray starts, so rays from the surface start just off it.
             let t_min = if kind == Kind::Reflected {
                 1e-5 * bounds.spacing / ray.direction.length()

@@ -155,7 +155,7 @@ fn lanes<S: Simd>(simd: S) -> (f32x8<S>, i32x8<S>) {
 
 /// Eight values; `None` if a place is outside, which callers rule out.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, values: &[f32], at: [i32; 8]) -> Option<f32x8<S>> {
+pub(crate) fn gather<S: Simd>(simd: S, values: &[f32], at: [i32; 8]) -> Option<f32x8<S>> {
     let mut out = [0.0_f32; 8];
     for (out, at) in out.iter_mut().zip(at) {
         *out = *values.get(at as usize)?;

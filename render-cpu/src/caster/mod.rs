@@ -5,8 +5,8 @@
 //! may come from above, from below, from outside the grid or start anywhere, and finds the first point where it meets
 //! the surface.
 //!
-//! What decides whether and where a ray hits is always the same `f64` code ([`column`]), so all ways of asking agree to
-//! the last bit; what differs is how the columns that cannot hold a hit are passed over.
+//! What decides whether and where a ray hits is always the same `f64` arithmetic ([`column`], and [`packet`] for eight rays at
+//! once), so all ways of asking agree to the last bit; what differs is how the columns that cannot hold a hit are passed over.
 //!
 //! ```
 //! use glam::{DVec3, UVec2, Vec2};
@@ -30,7 +30,9 @@ mod bvh;
 mod column;
 mod filter;
 mod heightfield;
+mod lanes;
 mod max_mip;
+mod packet;
 mod route;
 mod samples;
 mod surface;

@@ -83,25 +83,25 @@ impl Walk {
 /// Several walks, one array a quantity, so that loops over them become vector code.
 #[derive(Clone, Debug)]
 pub(crate) struct Walks<const N: usize> {
-    major: Axes<N>,
-    minor: Axes<N>,
-    y: [f64; N],
-    dy: [f64; N],
-    start: [f64; N],
-    end: [f64; N],
-    rounding: [f64; N],
-    first: [f64; N],
-    last: [f64; N],
-    valid: [bool; N],
-    major_is_x: [bool; N],
-    in_slab: [bool; N],
+    pub(crate) major: Axes<N>,
+    pub(crate) minor: Axes<N>,
+    pub(crate) y: [f64; N],
+    pub(crate) dy: [f64; N],
+    pub(crate) start: [f64; N],
+    pub(crate) end: [f64; N],
+    pub(crate) rounding: [f64; N],
+    pub(crate) first: [f64; N],
+    pub(crate) last: [f64; N],
+    pub(crate) valid: [bool; N],
+    pub(crate) major_is_x: [bool; N],
+    pub(crate) in_slab: [bool; N],
 }
 
 #[derive(Clone, Debug)]
-struct Axes<const N: usize> {
-    origin: [f64; N],
-    step: [f64; N],
-    inverse: [f64; N],
+pub(crate) struct Axes<const N: usize> {
+    pub(crate) origin: [f64; N],
+    pub(crate) step: [f64; N],
+    pub(crate) inverse: [f64; N],
 }
 
 impl<const N: usize> Axes<N> {
