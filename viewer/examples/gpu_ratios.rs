@@ -330,16 +330,17 @@ fn heightfield(size: UVec2, frames: u32) -> anyhow::Result<()> {
     }
     let view = view(size, Vec3::new(0.5, 1.7, 5.2), Vec3::new(3.1, -0.9, 2.0));
     println!("heightfield: effects switched");
-    let changes: [(&str, &dyn Fn(&mut Settings)); 9] = [
-        ("everything", &|_| {}),
-        ("without self-reflection", &|s| s.switches.self_reflection = false),
-        ("without caustics", &|s| s.caustics = false),
-        ("without shadows", &|s| s.switches.shadows = false),
-        ("without absorption", &|s| s.switches.absorption = false),
-        ("cut-off at 1 % of light", &|s| s.absorption_cutoff = 0.01),
-        ("safety radius instead of pyramid", &|s| s.walk = Walk::Safety),
-        ("interface depth 3", &|s| s.switches.interface_depth = 3),
-        ("smooth edges", &|s| s.switches.multisampled = true),
+    type Change = fn(&mut Settings);
+    let changes: [(&str, Change); 9] = [
+        ("everything", |_| {}),
+        ("without self-reflection", |s| s.switches.self_reflection = false),
+        ("without caustics", |s| s.caustics = false),
+        ("without shadows", |s| s.switches.shadows = false),
+        ("without absorption", |s| s.switches.absorption = false),
+        ("cut-off at 1 % of light", |s| s.absorption_cutoff = 0.01),
+        ("safety radius instead of pyramid", |s| s.walk = Walk::Safety),
+        ("interface depth 3", |s| s.switches.interface_depth = 3),
+        ("smooth edges", |s| s.switches.multisampled = true),
     ];
     let all = changes.map(|(_, change)| {
         let mut settings = Settings::new(Technique::Heightfield);
