@@ -1,6 +1,6 @@
 //! What the window does, without a window.
 
-use crate::support::{BASIN, Driven, Folder, TRAY, player, wait};
+use crate::support::{BASIN, Driven, Folder, TRAY, player, pointer, wait};
 use meniscus::app::model::drawing::Made;
 use meniscus::app::model::live::Command;
 use meniscus::app::model::nobody;
@@ -385,17 +385,7 @@ fn a_body_is_dragged_and_let_go() {
     session.touch.tool = Tool::Drag;
     session.camera.target = meniscus_sim::glam::Vec3::new(2.0, 0.2, 2.0);
     let camera = session.camera;
-    let size = UVec2::new(48, 32);
-    let at = |x: f32, pressed: bool, down: bool, now: f64| {
-        let (eye, direction) = camera.ray(Vec2::new(x, 0.5), size).unwrap();
-        Pointer {
-            eye,
-            direction,
-            pressed,
-            down,
-            now,
-        }
-    };
+    let at = |x, pressed, down, now| pointer(&camera, x, pressed, down, now);
     let before = driven.moment().frame.bodies.as_ref().unwrap()[0].position;
     driven.player.touch(&at(0.5, true, true, 1.0));
     assert_eq!(

@@ -1,11 +1,13 @@
 //! Small scenes and recordings, and waiting for threads.
 
+use meniscus::app::model::camera::Camera;
 use meniscus::app::model::drawing::Drawn;
 use meniscus::app::model::player::Player;
 use meniscus::app::model::recent::Recent;
 use meniscus::app::model::renderers::Choices;
+use meniscus::app::model::touch::Pointer;
 use meniscus::app::model::{Moment, nobody};
-use meniscus_sim::glam::UVec2;
+use meniscus_sim::glam::{UVec2, Vec2};
 use meniscus_sim::recording::Writer;
 use meniscus_sim::source::LiveSource;
 use meniscus_sim::{Channels, Frame, FrameSource as _, Progress, Scene, solvers};
@@ -15,6 +17,18 @@ use std::time::{Duration, Instant};
 
 /// How long a thread may take: generous, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The pointer over the middle row of a small picture, `x` of its width from the left.
+pub(crate) fn pointer(camera: &Camera, x: f32, pressed: bool, down: bool, now: f64) -> Pointer {
+    let (eye, direction) = camera.ray(Vec2::new(x, 0.5), UVec2::new(48, 32)).unwrap();
+    Pointer {
+        eye,
+        direction,
+        pressed,
+        down,
+        now,
+    }
+}
 
 /// A square tray of water with a hump, a drop at 0.2 s and two cameras.
 pub(crate) const TRAY: &str = r#"name = "Tray"

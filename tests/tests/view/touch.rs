@@ -1,11 +1,11 @@
 //! A vessel that is tilted by hand, and which tools there are for what.
 
-use crate::support::{BASIN, Driven, Folder, GLASS, TRAY, scene};
+use crate::support::{BASIN, Driven, Folder, GLASS, TRAY, pointer, scene};
 use meniscus::app::model::session::RecordingState;
-use meniscus::app::model::touch::{Pointer, Tool};
+use meniscus::app::model::touch::Tool;
 use meniscus_sim::Frame;
 use meniscus_sim::events::Action;
-use meniscus_sim::glam::{UVec2, Vec2, Vec3};
+use meniscus_sim::glam::Vec3;
 use meniscus_sim::recording::Reader;
 
 /// How far the water stands higher towards +X, metres.
@@ -35,16 +35,7 @@ fn a_vessel_is_tilted_by_hand_and_the_water_follows() {
     });
     assert!(slope(&driven.moment().frame).abs() < 0.01);
     // From the camera's side +X is to the right.
-    let at = |x: f32, pressed: bool, down: bool, now: f64| {
-        let (eye, direction) = camera.ray(Vec2::new(x, 0.5), UVec2::new(48, 32)).unwrap();
-        Pointer {
-            eye,
-            direction,
-            pressed,
-            down,
-            now,
-        }
-    };
+    let at = |x, pressed, down, now| pointer(&camera, x, pressed, down, now);
     driven.player.touch(&at(0.5, true, true, 1.0));
     for k in 1..=15 {
         let now = 1.0 + 0.1 * f64::from(k);
