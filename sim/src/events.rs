@@ -13,6 +13,9 @@ pub use stamp::{BUMP_VOLUME, PRESS_VOLUME};
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
+/// Angular frequency of the critically damped spring of [`Action::Drag`], rad/s: what weighs on it hangs 0.1 m below the hand.
+pub const SPRING: f64 = 10.0;
+
 /// One thing done to the water at one moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]

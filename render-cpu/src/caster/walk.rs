@@ -89,12 +89,12 @@ pub(crate) struct Walks<const N: usize> {
     pub(crate) dy: [f64; N],
     pub(crate) start: [f64; N],
     pub(crate) end: [f64; N],
-    pub(crate) rounding: [f64; N],
+    rounding: [f64; N],
     pub(crate) first: [f64; N],
     pub(crate) last: [f64; N],
-    pub(crate) valid: [bool; N],
+    valid: [bool; N],
     pub(crate) major_is_x: [bool; N],
-    pub(crate) in_slab: [bool; N],
+    in_slab: [bool; N],
 }
 
 #[derive(Clone, Debug)]

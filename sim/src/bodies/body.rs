@@ -10,13 +10,11 @@ use super::six::{Six, Symmetric};
 use super::state::State;
 use super::water::{WATER_DENSITY, Water};
 use super::world::Kind;
+use crate::events::SPRING;
 use crate::scene::description::Object;
 use crate::solvers::GRAVITY;
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
-
-/// Angular frequency of the critically damped spring that drags a body, rad/s: it hangs 0.1 m below a hand.
-const SPRING: f64 = 10.0;
 
 /// How a body is moved.
 pub(super) enum Motion {

@@ -1,14 +1,12 @@
 //! Obstacles that the water does not move: they follow their scene, until a hand takes them.
 
+use crate::events::SPRING;
 use crate::frame::BodyPose;
 use crate::scene::description::{Motion, Object};
 use glam::{DVec3, Vec3};
 
-/// Angular frequency of the critically damped spring between hand and obstacle, rad/s: as stiff as a hand on a body.
-const SPRING: f64 = 10.0;
-
 /// The objects of a scene, by their place in it, with the hands on them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Led {
     objects: Vec<Object>,
     hands: Vec<Option<Hand>>,
