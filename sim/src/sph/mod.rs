@@ -9,11 +9,14 @@
 //! in (`jets`), what acts on the water (`actions`), and bodies that it moves (`floating`, `floats`).
 
 mod actions;
+mod bins;
 mod boundary;
+mod candidates;
 pub mod cases;
 mod cells;
 mod correction;
 mod covered;
+mod crossing;
 mod dfsph;
 mod distance_field;
 mod extract;

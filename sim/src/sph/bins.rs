@@ -1,0 +1,139 @@
+//! Particles by bins of columns and, in each bin, by layers from the top down.
+
+use super::fluid::Fluid;
+use crate::grid::GridSpec;
+use glam::{Vec2, Vec4};
+use std::ops::Range;
+
+/// Layers of bins that there may be for each particle, beside [`FEWEST`]; beyond it layers grow instead.
+const LAYERS_A_PARTICLE: usize = 8;
+const FEWEST: usize = 1 << 16;
+
+/// A counting sort by bin, then by layer, which keeps its buffers. Within a layer particles stand in any order, the same for any
+/// number of threads.
+#[derive(Debug)]
+pub(super) struct Bins {
+    spec: GridSpec,
+    /// Columns along each side of a bin.
+    columns: [usize; 2],
+    /// Bins along X and Z.
+    size: [usize; 2],
+    /// Least thickness of a layer, m.
+    thinnest: f32,
+    /// Height of the highest particle, and layers a metre below it.
+    top: f32,
+    inverse: f32,
+    layers: usize,
+    /// First particle of each layer of each bin, and their number at the end.
+    start: Vec<u32>,
+    key: Vec<u32>,
+    sorted: Vec<Vec4>,
+}
+
+impl Bins {
+    /// Bins of so many `columns` of `spec`, in layers of that thickness if there is room for so many.
+    pub(super) fn new(spec: GridSpec, columns: [usize; 2], thickness: f32) -> Self {
+        Self {
+            spec,
+            columns,
+            size: [
+                spec.width().div_ceil(columns[0]),
+                spec.height().div_ceil(columns[1]),
+            ],
+            thinnest: thickness,
+            top: 0.0,
+            inverse: 0.0,
+            layers: 1,
+            start: Vec::new(),
+            key: Vec::new(),
+            sorted: Vec::new(),
+        }
+    }
+
+    /// Coordinates of the bin that holds `p`; what is outside counts to the nearest one.
+    #[inline(always)]
+    fn at(&self, p: Vec2) -> [usize; 2] {
+        let g = self.spec.to_grid(p) + 0.5;
+        let scaled = [g.x / self.columns[0] as f32, g.y / self.columns[1] as f32];
+        // Conversion saturates at 0.
+        [0, 1].map(|axis| (scaled[axis] as usize).min(self.size[axis] - 1))
+    }
+
+    pub(super) fn sort(&mut self, fluid: &Fluid) {
+        let positions = fluid.positions();
+        let heights = || positions.iter().map(|p| p.y);
+        self.top = heights().fold(f32::NEG_INFINITY, f32::max);
+        let bottom = heights().fold(f32::INFINITY, f32::min);
+        let bins = self.size[0] * self.size[1];
+        let most = ((LAYERS_A_PARTICLE * positions.len() + FEWEST) / bins).max(1);
+        let range = (self.top - bottom).max(0.0);
+        let thickness = self.thinnest.max(range / most as f32);
+        self.inverse = 1.0 / thickness;
+        self.layers = ((range * self.inverse) as usize + 1).min(most);
+        self.key.clear();
+        for p in positions {
+            let [x, z] = self.at(Vec2::new(p.x, p.z));
+            let key = (z * self.size[0] + x) * self.layers + self.layer(p.y);
+            self.key.push(key as u32);
+        }
+        // Counted two places on and summed, starts stand one place on; taking particles up moves each to where it belongs.
+        self.start.clear();
+        self.start.resize(bins * self.layers + 2, 0);
+        for &key in &self.key {
+            self.start[key as usize + 2] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.start {
+            sum += *start;
+            *start = sum;
+        }
+        self.sorted.resize(positions.len(), Vec4::ZERO);
+        for (p, &key) in positions.iter().zip(&self.key) {
+            let at = &mut self.start[key as usize + 1];
+            self.sorted[*at as usize] = *p;
+            *at += 1;
+        }
+    }
+
+    /// Layer at height `y`: 0 is the highest.
+    #[inline(always)]
+    pub(super) fn layer(&self, y: f32) -> usize {
+        // Conversion saturates at 0.
+        (((self.top - y) * self.inverse) as usize).min(self.layers - 1)
+    }
+
+    /// Height below which the particles of a layer are.
+    #[inline(always)]
+    pub(super) fn ceiling(&self, layer: usize) -> f32 {
+        self.top - layer as f32 / self.inverse
+    }
+
+    /// Calls `f` with the bins that may hold particles between two corners: the number of each one's first layer, and its
+    /// particles.
+    #[inline(always)]
+    pub(super) fn between(&self, low: Vec2, high: Vec2, mut f: impl FnMut(usize, Range<usize>)) {
+        let ([x0, z0], [x1, z1]) = (self.at(low), self.at(high));
+        for z in z0..=z1 {
+            for x in x0..=x1 {
+                let first = (z * self.size[0] + x) * self.layers;
+                f(first, self.begin(first)..self.begin(first + self.layers));
+            }
+        }
+    }
+
+    /// Place of the first particle of a layer, counted from the first layer of the first bin.
+    #[inline(always)]
+    pub(super) fn begin(&self, layer: usize) -> usize {
+        self.start[layer] as usize
+    }
+
+    /// The particles, bin by bin and layer by layer.
+    #[inline(always)]
+    pub(super) fn particles(&self) -> &[Vec4] {
+        &self.sorted
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        4 * (self.start.capacity() + self.key.capacity()) + 16 * self.sorted.capacity()
+    }
+}
