@@ -192,7 +192,7 @@ impl Search {
         found.waits = [0.0; LANES];
     }
 
-    /// The crossings within brackets, by regula falsi (Illinois).
+    /// The crossings within brackets, by regula falsi with the weights of Anderson & Björck 1973. The last point is not evaluated.
     #[inline(always)]
     fn roots(&self, candidates: &Candidates, found: &Brackets) -> Lanes {
         let Brackets {
@@ -203,7 +203,7 @@ impl Search {
             mut above,
         } = *found;
         let mut at = low;
-        for _ in 0..self.most {
+        for evaluations in 0..=self.most {
             let mut left = 0.0;
             for k in 0..LANES {
                 let next = low[k] + (high[k] - low[k]) * (below[k] / (below[k] - above[k]));
@@ -212,21 +212,23 @@ impl Search {
                 at[k] = next;
                 left += waits[k];
             }
-            if left == 0.0 {
+            if left == 0.0 || evaluations == self.most {
                 break;
             }
             let value = candidates.potential(&at, self.radius);
             for k in 0..LANES {
                 let f = value[k] - self.level;
                 let under = f >= 0.0;
-                low[k] = if under { at[k] } else { low[k] };
-                high[k] = if under { high[k] } else { at[k] };
-                let (b, a) = (below[k], above[k]);
-                below[k] = if under { f } else { 0.5 * b };
-                above[k] = if under { 0.5 * a } else { f };
+                let (x, b, a) = (at[k], below[k], above[k]);
+                // What the end that stays counts, less the flatter the function is near the other one.
+                let weight = 1.0 - f / if under { b } else { a };
+                let weight = if weight > 0.0 { weight } else { 0.5 };
+                low[k] = if under { x } else { low[k] };
+                high[k] = if under { high[k] } else { x };
+                below[k] = if under { f } else { weight * b };
+                above[k] = if under { weight * a } else { f };
             }
         }
         at
     }
 }
-

@@ -28,7 +28,7 @@ const DROPLET: f32 = 0.620_35;
 /// Samples by which the surface continues below the shore.
 const SHORE: usize = 3;
 /// Secants of a fast root.
-const FAST: usize = 5;
+const FAST: usize = 3;
 /// How the crossing is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Root {
