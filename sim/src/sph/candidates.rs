@@ -138,13 +138,24 @@ pub(super) struct Candidates {
     /// Those before are out of reach, those from `end` on are not taken up yet.
     begin: usize,
     end: usize,
-    /// What was taken up at a time: first entry and lowest height.
-    taken: Vec<(usize, f32)>,
+    taken: Vec<Taken>,
     /// How many of them are out of reach.
     dropped: usize,
+    /// The most that the others add to φ of each column.
+    most: Lanes,
     /// Next point and layer of those that are gathered.
     next: usize,
     layer: usize,
+}
+
+/// Candidates taken up at a time.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    begin: usize,
+    /// Height of the lowest one.
+    lowest: f32,
+    /// The most that they add to φ of each column.
+    most: Lanes,
 }
 
 impl Candidates {
@@ -152,13 +163,14 @@ impl Candidates {
     pub(super) fn open(&mut self) {
         self.taken.clear();
         (self.begin, self.end, self.dropped) = (0, 0, 0);
+        self.most = [0.0; LANES];
         (self.next, self.layer) = (0, 0);
     }
 
-    /// Number of candidates.
+    /// The most that φ of each column can be at the height under search.
     #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.end - self.begin
+    pub(super) fn most(&self) -> &Lanes {
+        &self.most
     }
 
     /// Height that nothing is above which is not taken up yet, −∞ if there is nothing.
@@ -174,9 +186,19 @@ impl Candidates {
     /// Drops what is not below `height`.
     #[inline(always)]
     pub(super) fn drop_above(&mut self, height: f32) {
-        while self.taken.get(self.dropped).is_some_and(|taken| taken.1 >= height) {
+        let dropped = self.dropped;
+        while self.taken.get(self.dropped).is_some_and(|taken| taken.lowest >= height) {
             self.dropped += 1;
-            self.begin = self.taken.get(self.dropped).map_or(self.end, |taken| taken.0);
+        }
+        if self.dropped > dropped {
+            let left = &self.taken[self.dropped..];
+            self.begin = left.first().map_or(self.end, |taken| taken.begin);
+            self.most = [0.0; LANES];
+            for taken in left {
+                for k in 0..LANES {
+                    self.most[k] += taken.most[k];
+                }
+            }
         }
     }
 
@@ -204,13 +226,14 @@ impl Candidates {
         }
         let (reach, scale) = (from.radius * from.radius, 1.0 / (from.radius * from.radius));
         let (x, z) = (tile.x, tile.z);
-        let (mut kept, mut lowest) = (begin, f32::MAX);
+        let (mut kept, mut lowest, mut most) = (begin, f32::MAX, [0.0; LANES]);
         for p in points {
             // Written before it is known whether it stays, without branches that are a matter of chance.
             let mut near = [0.0; LANES];
             for k in 0..LANES {
                 let (dx, dz) = (p.x - x[k], p.z - z[k]);
                 near[k] = 1.0 - scale * (dx * dx + dz * dz);
+                most[k] += root(near[k]);
             }
             (self.near[kept], self.y[kept]) = (near, p.y);
             let at = Vec2::new(p.x, p.z);
@@ -220,7 +243,10 @@ impl Candidates {
         }
         self.end = kept;
         if kept > begin {
-            self.taken.push((begin, lowest));
+            self.taken.push(Taken { begin, lowest, most });
+            for k in 0..LANES {
+                self.most[k] += most[k];
+            }
         }
     }
 
@@ -239,10 +265,15 @@ impl Candidates {
         for (near, height) in near.iter().zip(heights) {
             for k in 0..LANES {
                 let dy = y[k] - height;
-                let left = near[k] - scale * dy * dy;
-                sums[k] += if left > 0.0 { left } else { 0.0 }.sqrt();
+                sums[k] += root(near[k] - scale * dy * dy);
             }
         }
         sums
     }
+}
+
+/// √x of what is within reach, else 0. One instruction each, where `max` would take care of NaN.
+#[inline(always)]
+fn root(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }.sqrt()
 }

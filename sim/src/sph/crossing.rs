@@ -13,6 +13,11 @@ use crate::grid::{Grid, GridSpec};
 
 /// Columns that have crossed wait for others to go on together, until those are so many radii farther down.
 const APART: f32 = 1.0;
+/// Share of the level below which φ cannot be said to reach it, for all that sums are rounded.
+const HARDLY: f32 = 0.999;
+/// Share of the level below which φ does not reach it and fall back within two steps: particles that are a spacing apart have
+/// no peak so narrow.
+const FAR: f32 = 0.6;
 
 /// How crossings are searched for.
 #[derive(Clone, Copy, Debug)]
@@ -126,24 +131,20 @@ impl Row<'_> {
         let mut y = candidates.next(gathered, self.bins) + h;
         // Where φ is known to be too low in all columns that are open.
         let mut last: Option<(f32, Lanes)> = None;
+        let mut step = search.step;
         while left > 0.0 && y > lowest {
-            y = (y - search.step).max(lowest);
-            candidates.drop_above((y + search.step).max(highest) + h);
+            y = (y - step).max(lowest);
+            candidates.drop_above((y + step).max(highest) + h);
             candidates.take_down_to(y - h, &tile, gathered, from);
-            // Each adds 1 at most.
-            if (candidates.len() as f32) < search.level {
+            if !any(&open, candidates.most(), HARDLY * search.level) {
                 y = y.min(candidates.next(gathered, self.bins) + h);
-                last = None;
+                (last, step) = (None, search.step);
                 continue;
             }
             let value = candidates.potential_at(y, h);
-            let mut reached = false;
-            for k in 0..LANES {
-                reached |= open[k] > 0.0 && value[k] >= search.level;
-            }
-            if reached {
+            if any(&open, &value, search.level) {
                 let (high, above) = last.unwrap_or_else(|| {
-                    let high = y + search.step;
+                    let high = y + step;
                     (high, candidates.potential_at(high, h))
                 });
                 for k in 0..LANES {
@@ -161,6 +162,8 @@ impl Row<'_> {
                 left = open.iter().sum();
             }
             last = Some((y, value));
+            let far = !any(&open, &value, FAR * search.level);
+            step = if far { 2.0 } else { 1.0 } * search.step;
             if highest - y > APART * h {
                 search.write(candidates, &mut found, i, width, out);
                 highest = f32::NEG_INFINITY;
@@ -170,6 +173,17 @@ impl Row<'_> {
             search.write(candidates, &mut found, i, width, out);
         }
     }
+}
+
+/// Whether one of the columns that are `open` has a value of `least` or more.
+#[inline(always)]
+fn any(open: &Lanes, value: &Lanes, least: f32) -> bool {
+    let mut most = 0.0_f32;
+    for k in 0..LANES {
+        let value = open[k] * value[k];
+        most = if value > most { value } else { most };
+    }
+    most >= least
 }
 
 impl Search {
