@@ -392,43 +392,45 @@ impl Frame {
 /// there (so it stays dry); samples out of reach take the ground. `depth` says what is wet (`> 0`).
 pub fn extend_into_dry(elevation: &mut Grid<f32>, depth: &Grid<f32>, ground: &Grid<f32>, passes: usize) {
     let (w, h) = (elevation.spec().width(), elevation.spec().height());
+    let around = |k: usize| {
+        let (i, j) = (k % w, k / w);
+        let rows = j.saturating_sub(1)..(j + 2).min(h);
+        rows.flat_map(move |b| (i.saturating_sub(1)..(i + 2).min(w)).map(move |a| b * w + a))
+    };
     let mut known: Vec<bool> = depth.as_slice().iter().map(|&d| d > 0.0).collect();
-    for (k, known) in known.iter().enumerate() {
-        if !known {
-            elevation.as_mut_slice()[k] = ground.as_slice()[k];
+    // Dry samples of the next ring, found from the wet ones beside them.
+    let mut listed = known.clone();
+    let (mut ring, mut values) = (Vec::new(), Vec::new());
+    let list = |k: usize, listed: &mut [bool], ring: &mut Vec<usize>| {
+        for n in around(k) {
+            if !std::mem::replace(&mut listed[n], true) {
+                ring.push(n);
+            }
+        }
+    };
+    let surface = elevation.as_mut_slice();
+    for k in 0..known.len() {
+        if !known[k] {
+            surface[k] = ground.as_slice()[k];
+        } else if passes > 0 {
+            list(k, &mut listed, &mut ring);
         }
     }
     for _ in 0..passes {
-        let before = known.clone();
-        let source = elevation.clone();
-        for j in 0..h {
-            for i in 0..w {
-                let k = j * w + i;
-                if before[k] {
-                    continue;
-                }
-                let (mut sum, mut count) = (0.0_f32, 0.0_f32);
-                for (di, dj) in [
-                    (-1_isize, 0_isize),
-                    (1, 0),
-                    (0, -1),
-                    (0, 1),
-                    (-1, -1),
-                    (1, -1),
-                    (-1, 1),
-                    (1, 1),
-                ] {
-                    let (ni, nj) = (i.wrapping_add_signed(di), j.wrapping_add_signed(dj));
-                    if ni < w && nj < h && before[nj * w + ni] {
-                        sum += source.as_slice()[nj * w + ni];
-                        count += 1.0;
-                    }
-                }
-                if count > 0.0 {
-                    elevation.as_mut_slice()[k] = (sum / count).min(ground.as_slice()[k]);
-                    known[k] = true;
-                }
+        values.clear();
+        values.extend(ring.iter().map(|&k| {
+            let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+            for n in around(k).filter(|n| known[*n]) {
+                sum += surface[n];
+                count += 1.0;
             }
+            (sum / count).min(ground.as_slice()[k])
+        }));
+        for (&k, &value) in ring.iter().zip(&values) {
+            (surface[k], known[k]) = (value, true);
+        }
+        for k in std::mem::take(&mut ring) {
+            list(k, &mut listed, &mut ring);
         }
     }
 }

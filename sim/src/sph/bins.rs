@@ -13,11 +13,11 @@ const FEWEST: usize = 1 << 16;
 /// number of threads.
 #[derive(Debug)]
 pub(super) struct Bins {
-    spec: GridSpec,
-    /// Columns along each side of a bin.
-    columns: [usize; 2],
     /// Bins along X and Z.
     size: [usize; 2],
+    /// Bins a metre, and the coordinates of the origin among them.
+    scale: Vec2,
+    offset: Vec2,
     /// Least thickness of a layer, m.
     thinnest: f32,
     /// Height of the highest particle, and layers a metre below it.
@@ -33,9 +33,12 @@ pub(super) struct Bins {
 impl Bins {
     /// Bins of so many `columns` of `spec`, in layers of that thickness if there is room for so many.
     pub(super) fn new(spec: GridSpec, columns: [usize; 2], thickness: f32) -> Self {
+        // A sample stands in the middle of what counts to it.
+        let columns_f = Vec2::new(columns[0] as f32, columns[1] as f32);
+        let scale = 1.0 / (spec.spacing * columns_f);
         Self {
-            spec,
-            columns,
+            scale,
+            offset: 0.5 / columns_f - scale * spec.origin,
             size: [
                 spec.width().div_ceil(columns[0]),
                 spec.height().div_ceil(columns[1]),
@@ -53,29 +56,39 @@ impl Bins {
     /// Coordinates of the bin that holds `p`; what is outside counts to the nearest one.
     #[inline(always)]
     fn at(&self, p: Vec2) -> [usize; 2] {
-        let g = self.spec.to_grid(p) + 0.5;
-        let scaled = [g.x / self.columns[0] as f32, g.y / self.columns[1] as f32];
+        let g = self.scale * p + self.offset;
         // Conversion saturates at 0.
-        [0, 1].map(|axis| (scaled[axis] as usize).min(self.size[axis] - 1))
+        [(g.x as usize).min(self.size[0] - 1), (g.y as usize).min(self.size[1] - 1)]
     }
 
     pub(super) fn sort(&mut self, fluid: &Fluid) {
         let positions = fluid.positions();
-        let heights = || positions.iter().map(|p| p.y);
-        self.top = heights().fold(f32::NEG_INFINITY, f32::max);
-        let bottom = heights().fold(f32::INFINITY, f32::min);
+        let Some(first) = positions.first() else {
+            self.layers = 1;
+            self.start.clear();
+            self.start.resize(self.size[0] * self.size[1] + 2, 0);
+            return;
+        };
+        let (mut low, mut high) = (*first, *first);
+        for p in positions {
+            low = low.min(*p);
+            high = high.max(*p);
+        }
+        self.top = high.y;
         let bins = self.size[0] * self.size[1];
         let most = ((LAYERS_A_PARTICLE * positions.len() + FEWEST) / bins).max(1);
-        let range = (self.top - bottom).max(0.0);
+        let range = high.y - low.y;
         let thickness = self.thinnest.max(range / most as f32);
         self.inverse = 1.0 / thickness;
         self.layers = ((range * self.inverse) as usize + 1).min(most);
-        self.key.clear();
-        for p in positions {
-            let [x, z] = self.at(Vec2::new(p.x, p.z));
-            let key = (z * self.size[0] + x) * self.layers + self.layer(p.y);
-            self.key.push(key as u32);
-        }
+        self.key.resize(positions.len(), 0);
+        let mut key = std::mem::take(&mut self.key);
+        pulp::Arch::new().dispatch(Keys {
+            of: self,
+            positions,
+            out: &mut key,
+        });
+        self.key = key;
         // Counted two places on and summed, starts stand one place on; taking particles up moves each to where it belongs.
         self.start.clear();
         self.start.resize(bins * self.layers + 2, 0);
@@ -135,5 +148,36 @@ impl Bins {
 
     pub(super) fn bytes(&self) -> usize {
         4 * (self.start.capacity() + self.key.capacity()) + 16 * self.sorted.capacity()
+    }
+}
+
+/// Where particles belong: the number of a layer of a bin.
+struct Keys<'a> {
+    of: &'a Bins,
+    positions: &'a [Vec4],
+    out: &'a mut [u32],
+}
+
+impl pulp::WithSimd for Keys<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Bins {
+            scale,
+            offset,
+            size,
+            top,
+            inverse,
+            layers,
+            ..
+        } = *self.of;
+        let (across, along, layers) = (size[0] as u32, size[1] as u32, layers as u32);
+        for (key, p) in self.out.iter_mut().zip(self.positions) {
+            let (x, z) = (scale.x * p.x + offset.x, scale.y * p.z + offset.y);
+            let (x, z) = ((x as u32).min(across - 1), (z as u32).min(along - 1));
+            let layer = (((top - p.y) * inverse) as u32).min(layers - 1);
+            *key = (z * across + x) * layers + layer;
+        }
     }
 }
