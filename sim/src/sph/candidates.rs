@@ -6,7 +6,7 @@
 use super::bins::Bins;
 use super::boundary::{Boundary, Outline};
 use super::mirrors::{Inner, mirror};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::ops::Range;
 
 /// Columns of a tile, and along each of its sides. Fixed, so that sums are the same on any machine.
@@ -39,6 +39,8 @@ pub(super) struct Source<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Gathered {
     points: Vec<Vec3>,
+    /// Entries that are points.
+    count: usize,
     /// The layers among them: their number, and where they end.
     layers: Vec<(usize, usize)>,
     /// Bins about that hold more, and the highest layer of what they do.
@@ -62,7 +64,7 @@ struct Run {
 impl Gathered {
     /// Begins with a block between two corners. Returns whether there is any particle.
     pub(super) fn open(&mut self, low: Vec2, high: Vec2, from: &Source) -> bool {
-        self.points.clear();
+        self.count = 0;
         self.layers.clear();
         self.runs.clear();
         (self.low, self.high, self.head) = (low, high, usize::MAX);
@@ -84,23 +86,14 @@ impl Gathered {
 
     /// Takes up the highest layer that is left.
     fn gather(&mut self, from: &Source) {
-        let (bins, boundary, layer) = (from.bins, from.boundary, self.head);
+        let (bins, layer) = (from.bins, self.head);
         self.head = usize::MAX;
-        let mut left = 0;
+        let (begin, mut left) = (self.count, 0);
         for k in 0..self.runs.len() {
             let mut run = self.runs[k];
             if run.layer == layer {
                 let until = bins.begin(run.first + layer + 1);
-                for p in &bins.particles()[run.next..until] {
-                    let p = p.truncate();
-                    let near = self.push(p, from.radius);
-                    // Images in upright planes are farther from what is before them than the particle itself.
-                    if (near || boundary.outline == Outline::Round) && !from.inner.holds(p) {
-                        mirror(boundary, p, from.radius, |image| {
-                            self.push(image, from.radius);
-                        });
-                    }
-                }
+                self.take(&bins.particles()[run.next..until], from);
                 if until == run.end {
                     continue;
                 }
@@ -112,18 +105,33 @@ impl Gathered {
             left += 1;
         }
         self.runs.truncate(left);
-        self.layers.push((layer, self.points.len()));
+        for k in begin..self.count {
+            let p = self.points[k];
+            if !from.inner.holds(p) {
+                mirror(from.boundary, p, from.radius, |image| {
+                    self.take(&[image.extend(0.0)], from);
+                });
+            }
+        }
+        self.layers.push((layer, self.count));
     }
 
-    /// Takes up `p` if it is within reach of the block, and returns whether it is.
+    /// Takes up what is within reach of the block.
     #[inline(always)]
-    fn push(&mut self, p: Vec3, radius: f32) -> bool {
-        let at = Vec2::new(p.x, p.z);
-        let near = at.distance_squared(at.clamp(self.low, self.high)) < radius * radius;
-        if near {
-            self.points.push(p);
+    fn take(&mut self, particles: &[Vec4], from: &Source) {
+        let room = self.count + particles.len() + 1;
+        if self.points.len() < room {
+            self.points.resize(2 * room, Vec3::ZERO);
         }
-        near
+        // Images in upright planes are farther from what is before them than what they are images of, but not in a round wall.
+        let all = from.boundary.outline == Outline::Round;
+        for p in particles {
+            // Written before it is known whether it stays, without branches that are a matter of chance.
+            self.points[self.count] = p.truncate();
+            let at = Vec2::new(p.x, p.z);
+            let near = at.distance_squared(at.clamp(self.low, self.high)) < from.radius * from.radius;
+            self.count += usize::from(near | all);
+        }
     }
 }
 

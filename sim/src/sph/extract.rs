@@ -21,8 +21,8 @@ use rayon::prelude::*;
 /// Radius h of the potential in particle spacings.
 const RADIUS: f32 = 2.0;
 /// Sides of a block of columns and thickness of its layers in particle spacings.
-const BLOCK: [f32; 2] = [4.0, 2.0];
-const LAYER: f32 = 0.5;
+const BLOCK: [f32; 2] = [4.0, 4.0];
+const LAYER: f32 = 1.0;
 /// Radius of the sphere that holds a particle's water, in spacings: (3/4π)^⅓.
 const DROPLET: f32 = 0.620_35;
 /// Samples by which the surface continues below the shore.

@@ -183,16 +183,17 @@ impl Inner {
 pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut(Vec3)) {
     let mut images = [p; 16];
     let mut count = 1;
-    let mut add = |reflect: &dyn Fn(Vec3) -> Vec3| {
-        for k in 0..count {
-            if count + k < images.len() {
-                images[count + k] = reflect(images[k]);
+    #[inline(always)]
+    fn add(images: &mut [Vec3; 16], count: &mut usize, reflect: impl Fn(Vec3) -> Vec3) {
+        for k in 0..*count {
+            if *count + k < images.len() {
+                images[*count + k] = reflect(images[k]);
             }
         }
-        count = (2 * count).min(images.len());
-    };
+        *count = (2 * *count).min(images.len());
+    }
     if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
-        add(&|q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
+        add(&mut images, &mut count, |q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
     }
     if boundary.outline == Outline::Round {
         let centre = 0.5 * (boundary.low + boundary.high);
@@ -200,7 +201,7 @@ pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut
         let away = Vec2::new(p.x, p.z) - centre;
         if radius - away.length() < h && away.length() > 0.0 {
             let scale = (2.0 * radius - away.length()) / away.length();
-            add(&|q| {
+            add(&mut images, &mut count, |q| {
                 let at = centre + scale * (Vec2::new(q.x, q.z) - centre);
                 Vec3::new(at.x, q.y, at.y)
             });
@@ -209,12 +210,12 @@ pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut
         let [x0, x1, z0, z1] = boundary.walls;
         for (present, wall, at) in [(x0, boundary.low.x, p.x), (x1, boundary.high.x, p.x)] {
             if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
+                add(&mut images, &mut count, |q| Vec3::new(2.0 * wall - q.x, q.y, q.z));
             }
         }
         for (present, wall, at) in [(z0, boundary.low.y, p.z), (z1, boundary.high.y, p.z)] {
             if present && (at - wall).abs() < h {
-                add(&|q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
+                add(&mut images, &mut count, |q| Vec3::new(q.x, q.y, 2.0 * wall - q.z));
             }
         }
     }
