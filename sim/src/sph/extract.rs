@@ -5,8 +5,9 @@
 //! height. Columns in which it never does are dry. Walls and ground mirror the particles before them, so that the
 //! surface meets them level and a single layer of particles is as deep as it is.
 //!
-//! Particles are binned by column. Each bin is searched downwards from its highest particle, taking up particles as
-//! they come within reach, so the cost grows with the number of columns and not with the depth of the water.
+//! Particles are sorted by blocks of columns (`bins`). In each the columns are searched downwards, eight of them side by side
+//! (`crossing`), taking up particles as they come within reach (`candidates`), so the cost grows with the number of columns and
+//! not with the depth of the water.
 
 use super::bins::Bins;
 use super::boundary::Boundary;
@@ -27,12 +28,12 @@ const LAYER: f32 = 1.0;
 const DROPLET: f32 = 0.620_35;
 /// Samples by which the surface continues below the shore.
 const SHORE: usize = 3;
-/// Secants of a fast root.
-const FAST: usize = 3;
+/// Evaluations of a fast root.
+const FAST: usize = 5;
 /// How the crossing is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Root {
-    /// Steps of half a spacing, then up to five secants: within a few 1e-3 of a spacing.
+    /// Steps of half a spacing, then up to five evaluations: within a few 1e-3 of a spacing.
     Fast,
     /// Steps of an eighth of a spacing, then to the precision of the numbers.
     Exact,
@@ -57,7 +58,7 @@ impl Extractor {
             Root::Fast => (0.5, FAST, 2e-3),
             Root::Exact => (0.125, 60, 1e-6),
         };
-        // Whole tiles, about as wide as the particles of one layer that they share.
+        // Whole tiles. Wider blocks share more, but not all of it is within reach of each tile.
         let across = |side: usize, width: f32| {
             let tiles = width * spacing / (spec.spacing * side as f32);
             side * (tiles.round() as usize).max(1)
@@ -229,4 +230,78 @@ fn level(radius: f32) -> f32 {
         }
     }
     sum / (PLACES * PLACES) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mirrors::mirror;
+    use super::*;
+    use crate::rng::Rng;
+    use crate::sph::Settings;
+    use glam::UVec2;
+
+    #[test]
+    fn crossings_are_the_highest_of_all_particles_for_any_spacing_of_the_columns() {
+        let d = 0.05;
+        let tank = Boundary::tank(Vec2::ZERO, Vec2::new(1.0, 0.6), 0.0);
+        let mut fluid = Fluid::new(Settings::water(d), tank.clone());
+        let mut rng = Rng::new(11, 0);
+        for k in 0..20 * 12 * 8 {
+            let mut place = |n: u32| d * (n as f32 + 0.5 + 0.3 * (rng.uniform_f32() - 0.5));
+            let p = Vec3::new(place(k % 20), place(k / 240), place(k / 20 % 12));
+            // A slope, and an empty corner.
+            if p.y < 0.1 + 0.3 * p.x && p.x + p.z > 0.3 {
+                fluid.add(p, Vec3::ZERO);
+            }
+        }
+        // Those far away cost memory no more than others, and change nothing.
+        fluid.add(Vec3::new(0.5, 900.0, 0.3), Vec3::ZERO);
+        fluid.add(Vec3::new(-700.0, 0.2, 0.3), Vec3::ZERO);
+        let h = RADIUS * d;
+        let mut points = Vec::new();
+        for p in fluid.positions() {
+            points.push(p.truncate());
+            mirror(&tank, p.truncate(), h, |image| points.push(image));
+        }
+        for spacing in [0.012, 0.025, 0.05, 0.15] {
+            let size = UVec2::new((1.0 / spacing) as u32 + 1, (0.6 / spacing) as u32 + 1);
+            let spec = GridSpec::new(Vec2::ZERO, spacing, size).unwrap();
+            let ground = Grid::filled(spec, 0.0);
+            for (root, step, close) in [(Root::Fast, 4, 0.03), (Root::Exact, 1, 1e-4)] {
+                let mut extractor = Extractor::new(spec, d, root);
+                let mut frame = Frame::new(spec);
+                extractor.extract(&fluid, &ground, Channels::DEPTH, false, &mut frame);
+                let depth = frame.depth.as_ref().unwrap();
+                for j in 0..spec.height() {
+                    for i in 0..spec.width() {
+                        let at = spec.position(i, j);
+                        let beside = |p: &&Vec3| at.distance(Vec2::new(p.x, p.z)) < h;
+                        let near: Vec<&Vec3> = points.iter().filter(beside).collect();
+                        let potential = |y: f32| -> f32 {
+                            let left = |p: &Vec3| 1.0 - p.distance_squared(Vec3::new(at.x, y, at.y)) / (h * h);
+                            near.iter().map(|p| left(p).max(0.0).sqrt()).sum()
+                        };
+                        let found = depth[(i, j)];
+                        let level = extractor.level();
+                        // What is thinner than a step may be missed, but nothing thicker.
+                        let (mut thickness, mut thickest) = (0, 0);
+                        for k in (found / d * 8.0) as u32 + 1..80 {
+                            let y = 0.125 * d * k as f32;
+                            let water = y > found + close * d && potential(y) >= level;
+                            thickness = if water { thickness + 1 } else { 0 };
+                            thickest = thickest.max(thickness);
+                        }
+                        assert!(thickest <= step, "{root:?} {spacing} {i} {j} {found}: {thickest}");
+                        if found > 0.0 {
+                            // Near a cliff φ is level with the water for long, and heights say little.
+                            let near = (potential(found) - level).abs() < 1e-2 * level;
+                            let (over, under) = (potential(found + close * d), potential(found - close * d));
+                            let within = over < level && under >= level;
+                            assert!(near || within, "{root:?} {spacing} {i} {j} {found}: {over} {under}");
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
