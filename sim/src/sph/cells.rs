@@ -109,27 +109,66 @@ impl Cells {
     /// Ranges of particles, in order, that hold all within a width of `p`.
     #[inline]
     pub(crate) fn runs_around(&self, p: Vec3) -> Runs {
-        let c = coordinates(p, self.low, self.inverse, self.size);
-        let column = |x: f32| (((x - self.low.x) * self.inverse.x) as u32).min(self.size.x - 1);
-        let rows = |c: u32, size: u32| c.saturating_sub(1)..(c + 2).min(size);
+        let c = self.coordinates(p);
         let mut runs = Runs::default();
         for y in rows(c.y, self.size.y) {
-            let dy = self.gap(p.y - self.low.y, y, c.y);
             for z in rows(c.z, self.size.z) {
-                let dz = self.gap(p.z - self.low.z, z, c.z);
-                let left = self.width * self.width - dy * dy - dz * dz;
-                if left < 0.0 {
-                    continue;
-                }
-                let half = left.sqrt() + ROUNDING * self.width;
-                let row = (y * self.size.z + z) * self.size.x;
-                let from = self.start[(row + column(p.x - half)) as usize];
-                let to = self.start[(row + column(p.x + half) + 1) as usize];
-                runs.list[runs.count] = (from, to);
-                runs.count += usize::from(from < to);
+                runs.push(self.run(p, c, y, z));
             }
         }
         runs
+    }
+
+    /// The same for what follows particle `i` at `p` in memory: of two particles, this finds the later one from the
+    /// earlier one alone. There are 5 ranges at most.
+    #[inline(always)]
+    pub(crate) fn runs_ahead(&self, i: usize, p: Vec3) -> Runs<6> {
+        let c = self.coordinates(p);
+        let mut runs = Runs::default();
+        let own = self.run(p, c, c.y, c.z);
+        runs.push((i as u32 + 1, own.1));
+        if c.z + 1 < self.size.z {
+            runs.push(self.run(p, c, c.y, c.z + 1));
+        }
+        if c.y + 1 < self.size.y {
+            for z in rows(c.z, self.size.z) {
+                runs.push(self.run(p, c, c.y + 1, z));
+            }
+        }
+        runs
+    }
+
+    /// What of row (`y`, `z`) may be within a width of `p` in cell `c`.
+    #[inline(always)]
+    fn run(&self, p: Vec3, c: UVec3, y: u32, z: u32) -> (u32, u32) {
+        let dy = self.gap(p.y - self.low.y, y, c.y);
+        let dz = self.gap(p.z - self.low.z, z, c.z);
+        let left = self.width * self.width - dy * dy - dz * dz;
+        if left < 0.0 {
+            return (0, 0);
+        }
+        let half = left.sqrt() + ROUNDING * self.width;
+        let column = |x: f32| (((x - self.low.x) * self.inverse.x) as u32).min(self.size.x - 1);
+        let row = (y * self.size.z + z) * self.size.x;
+        let from = self.start[(row + column(p.x - half)) as usize];
+        let to = self.start[(row + column(p.x + half) + 1) as usize];
+        (from, to)
+    }
+
+    #[inline(always)]
+    fn coordinates(&self, p: Vec3) -> UVec3 {
+        coordinates(p, self.low, self.inverse, self.size)
+    }
+
+    /// Number of layers of cells: what is within reach of a particle is in its own layer or in one beside it.
+    pub(crate) fn layers(&self) -> usize {
+        self.size.y as usize
+    }
+
+    /// First particle of layer `k`, or their number if there is no such layer.
+    pub(crate) fn layer(&self, k: usize) -> usize {
+        let cells = self.size.x as usize * self.size.z as usize;
+        self.start[(k.min(self.layers())) * cells] as usize
     }
 
     /// Distance of row `k` from what stands `x` from the first one's side, in row `own`. The outermost rows go on for ever.
@@ -148,20 +187,42 @@ impl Cells {
     }
 }
 
-/// Ranges of particles about a point.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Runs {
-    /// One place more than there are rows, since the next range is written before it is known to hold any.
-    list: [(u32, u32); 10],
-    count: usize,
+/// Ranges of particles about a point: `N` - 1 at most, since the next one is written before it is known to hold any.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Runs<const N: usize = 10> {
+    list: [(u32, u32); N],
+    count: u32,
 }
 
-impl Runs {
+impl<const N: usize> Default for Runs<N> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            list: [(0, 0); N],
+            count: 0,
+        }
+    }
+}
+
+impl<const N: usize> Runs<N> {
+    /// Adds a range, unless it is empty.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, (from, to): (u32, u32)) {
+        self.list[self.count as usize] = (from, to);
+        self.count += u32::from(from < to);
+    }
+
     #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = Range<usize>> {
-        let runs = self.list.iter().take(self.count);
+        let runs = self.list.iter().take(self.count as usize);
         runs.map(|&(from, to)| from as usize..to as usize)
     }
+}
+
+/// `c` and what is beside it.
+#[inline(always)]
+fn rows(c: u32, size: u32) -> Range<u32> {
+    c.saturating_sub(1)..(c + 2).min(size)
 }
 
 fn coordinates(p: Vec3, low: Vec3, inverse: Vec3, size: UVec3) -> UVec3 {

@@ -149,6 +149,16 @@ impl Muller {
         self.support
     }
 
+    /// What poly6 is times (h² − r²)³, 1/m⁹.
+    pub(crate) fn poly6_factor(&self) -> f32 {
+        self.poly6
+    }
+
+    /// What the slope of spiky is times −(h − r)², and the Laplacian of viscosity times h − r: 45/(πh⁶), 1/m⁶.
+    pub(crate) fn force_factor(&self) -> f32 {
+        self.viscous
+    }
+
     /// poly6 at four squared distances, 1/m³ (eq. 20).
     #[inline(always)]
     pub(crate) fn poly6(&self, r2: Vec4) -> Vec4 {

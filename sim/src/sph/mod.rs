@@ -16,6 +16,7 @@ mod correction;
 mod covered;
 mod dfsph;
 mod distance_field;
+mod eight;
 mod extract;
 mod floating;
 mod floats;
@@ -31,6 +32,7 @@ mod noise;
 mod obstacle;
 mod pressure;
 mod settings;
+mod slabs;
 mod solver;
 mod viscosity;
 
