@@ -1,5 +1,6 @@
 //! A dense grid of cells by counting sort: particles of one cell, and cells of one row, are neighbours in memory.
 
+use super::eight::{LANES, Machine};
 use glam::{UVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -120,20 +121,47 @@ impl Cells {
     }
 
     /// The same for what follows particle `i` at `p` in memory: of two particles, this finds the later one from the
-    /// earlier one alone. There are 5 ranges at most.
+    /// earlier one alone. The rows it looks at, side by side: its own, the next one, and three of the next layer.
     #[inline(always)]
-    pub(crate) fn runs_ahead(&self, i: usize, p: Vec3) -> Runs<6> {
+    pub(crate) fn runs_ahead<M: Machine>(&self, m: M, i: usize, p: Vec3) -> Runs<6> {
         let c = self.coordinates(p);
+        let (x, y, z) = (p.x - self.low.x, p.y - self.low.y, p.z - self.low.z);
+        let above = m.all(self.gap(y, c.y + 1, c.y));
+        let before = m.all(self.gap(z, c.z.wrapping_sub(1), c.z));
+        let after = m.all(self.gap(z, c.z + 1, c.z));
+        let lanes = |lanes: [f32; 5]| {
+            let mut all = [0.0; LANES];
+            all[..5].copy_from_slice(&lanes);
+            m.eight(&all)
+        };
+        let dy = above * lanes([0.0, 0.0, 1.0, 1.0, 1.0]);
+        let dz = after * lanes([0.0, 1.0, 0.0, 0.0, 1.0]) + before * lanes([0.0, 0.0, 1.0, 0.0, 0.0]);
+        let left = m.all(self.width * self.width) - dy * dy - dz * dz;
+        let half = left.max(m.all(0.0)).sqrt() + m.all(ROUNDING * self.width);
+        let (x, inverse) = (m.all(x), m.all(self.inverse.x));
+        let (low, high) = (((x - half) * inverse).whole(), ((x + half) * inverse).whole());
+        let reached = m.all(0.0).less(left);
+        let (row, layer) = (self.size.x, self.size.x * self.size.z);
+        let own = c.y * layer + c.z * row;
+        let inside = [
+            true,
+            c.z + 1 < self.size.z,
+            c.z > 0,
+            true,
+            c.z + 1 < self.size.z,
+        ];
+        let firsts = [own, own + row, own + layer - row, own + layer, own + layer + row];
+        let last = self.size.y * layer - row;
+        let rows = if c.y + 1 < self.size.y { 5 } else { 2 };
         let mut runs = Runs::default();
-        let own = self.run(p, c, c.y, c.z);
-        runs.push((i as u32 + 1, own.1));
-        if c.z + 1 < self.size.z {
-            runs.push(self.run(p, c, c.y, c.z + 1));
-        }
-        if c.y + 1 < self.size.y {
-            for z in rows(c.z, self.size.z) {
-                runs.push(self.run(p, c, c.y + 1, z));
-            }
+        for k in 0..rows {
+            let first = firsts[k].min(last);
+            let column = |c: i32| c.cast_unsigned().min(row - 1);
+            let from = self.start[(first + column(low[k])) as usize];
+            let to = self.start[(first + column(high[k])) as usize + 1];
+            let from = if k == 0 { i as u32 + 1 } else { from };
+            let there = inside[k] && (reached >> k) & 1 > 0;
+            runs.push((from, if there { to } else { 0 }));
         }
         runs
     }

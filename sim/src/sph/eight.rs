@@ -11,6 +11,9 @@ pub(crate) trait Machine: Simd<f32s = f32x8, m32s = m32x8> {
     /// A bit a lane, the first one lowest.
     fn bits(self, mask: m32x8) -> u32;
 
+    /// Whole numbers towards 0, of what lies between 0 and 2³¹; something else of others.
+    fn whole(self, values: f32x8) -> [i32; LANES];
+
     #[inline(always)]
     fn all(self, value: f32) -> Eight<Self> {
         Eight(self, self.splat_f32s(value))
@@ -28,6 +31,11 @@ impl Machine for pulp::x86::V3 {
     fn bits(self, mask: m32x8) -> u32 {
         self.avx._mm256_movemask_ps(pulp::cast(mask)) as u32
     }
+
+    #[inline(always)]
+    fn whole(self, values: f32x8) -> [i32; LANES] {
+        pulp::cast(self.convert_f32x8_to_i32x8(values))
+    }
 }
 
 impl Machine for pulp::Scalar256b {
@@ -35,6 +43,11 @@ impl Machine for pulp::Scalar256b {
     fn bits(self, mask: m32x8) -> u32 {
         let lanes: [u32; LANES] = pulp::cast(mask);
         (0..LANES).fold(0, |bits, k| bits | (lanes[k] & 1) << k)
+    }
+
+    #[inline(always)]
+    fn whole(self, values: f32x8) -> [i32; LANES] {
+        pulp::cast::<_, [f32; LANES]>(values).map(|v| v as i32)
     }
 }
 
@@ -83,6 +96,13 @@ impl<M: Machine> Eight<M> {
     #[inline(always)]
     pub(crate) fn less(self, other: Self) -> u32 {
         self.0.bits(self.0.less_than_f32s(self.1, other.1))
+    }
+
+    /// Whole numbers, of negative ones 0 and of those from 2³¹ on 2³¹ - 128.
+    #[inline(always)]
+    pub(crate) fn whole(self) -> [i32; LANES] {
+        let (none, most) = (self.0.all(0.0), self.0.all(2_147_483_520.0));
+        self.0.whole(self.max(none).min(most).1)
     }
 
     #[inline(always)]

@@ -137,7 +137,7 @@ impl Kernel for Fill<'_> {
             let (px, py, pz) = (m.all(x[i]), m.all(y[i]), m.all(z[i]));
             let (mut own, mut nearest) = (zero, square);
             let mut found = Runs::default();
-            for run in self.cells.runs_ahead(i, Vec3::new(x[i], y[i], z[i])).iter() {
+            for run in self.cells.runs_ahead(m, i, Vec3::new(x[i], y[i], z[i])).iter() {
                 let (mut rest, mut near, mut shift) = (run.len(), 0, 0);
                 let others = eights(x, &run).iter().zip(eights(y, &run)).zip(eights(z, &run));
                 let sums = eights_mut(sums, &(run.start - first..run.end - first));
