@@ -15,12 +15,14 @@ const PARTS: f32 = 4.0;
 const ROUNDING: f32 = 1e-3;
 
 /// Cells as wide as the kernel's support, a quarter of it along X, numbered along X, then Z, then Y: what is within reach of
-/// a particle lies in 9 runs of memory at most.
+/// a particle lies in 9 runs of memory at most. X, Y and Z are those of the grid, which may lie along others of space.
 ///
 /// Particles outside the box of cells count to the nearest one. Two particles within one support are still in
 /// neighbouring cells then, so nothing is missed.
 #[derive(Debug, Default)]
 pub(crate) struct Cells {
+    /// Axes of space that X, Y and Z of the grid lie along.
+    axes: [usize; 3],
     low: Vec3,
     width: f32,
     /// Cells a metre.
@@ -37,8 +39,25 @@ impl Cells {
     /// Sorts `positions` into cells of `width`. [`Self::order`] then says which particle goes where; the caller moves
     /// them.
     pub(crate) fn sort(&mut self, positions: &[Vec4], width: f32) {
+        self.sort_along([0, 1, 2], positions, width);
+    }
+
+    /// The same with layers, of which Y counts, across the longest side of the box of all positions: as many and as
+    /// small ones as there can be.
+    pub(crate) fn sort_in_layers(&mut self, positions: &[Vec4], width: f32) {
+        let (low, high) = bounds(positions);
+        let side = (high - low).to_array();
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|a: &usize, b| side[*b].total_cmp(&side[*a]));
+        let [longest, middle, shortest] = axes;
+        self.sort_along([middle, longest, shortest], positions, width);
+    }
+
+    fn sort_along(&mut self, axes: [usize; 3], positions: &[Vec4], width: f32) {
         let n = positions.len();
         let (low, high) = bounds(positions);
+        let (low, high) = (turned(axes, low), turned(axes, high));
+        self.axes = axes;
         self.low = low;
         self.width = width;
         self.inverse = Vec3::new(PARTS, 1.0, 1.0) / width;
@@ -65,7 +84,7 @@ impl Cells {
             .with_min_len(4096)
             .zip(positions)
             .for_each(|(cell, p)| {
-                let c = coordinates(p.truncate(), low, inverse, grid);
+                let c = coordinates(turned(axes, p.truncate()), low, inverse, grid);
                 *cell = (c.y * grid.z + c.z) * grid.x + c.x;
             });
         self.start.clear();
@@ -110,7 +129,8 @@ impl Cells {
     /// Ranges of particles, in order, that hold all within a width of `p`.
     #[inline]
     pub(crate) fn runs_around(&self, p: Vec3) -> Runs {
-        let c = self.coordinates(p);
+        let p = turned(self.axes, p);
+        let c = coordinates(p, self.low, self.inverse, self.size);
         let mut runs = Runs::default();
         for y in rows(c.y, self.size.y) {
             for z in rows(c.z, self.size.z) {
@@ -120,11 +140,11 @@ impl Cells {
         runs
     }
 
-    /// The same for what follows particle `i` at `p` in memory: of two particles, this finds the later one from the
+    /// The same for what follows particle `i` in memory, which is at `p` of the grid's axes: of two particles, this finds the later one from the
     /// earlier one alone. The rows it looks at, side by side: its own, the next one, and three of the next layer.
     #[inline(always)]
     pub(crate) fn runs_ahead<M: Machine>(&self, m: M, i: usize, p: Vec3) -> Runs<6> {
-        let c = self.coordinates(p);
+        let c = coordinates(p, self.low, self.inverse, self.size);
         let (x, y, z) = (p.x - self.low.x, p.y - self.low.y, p.z - self.low.z);
         let above = m.all(self.gap(y, c.y + 1, c.y));
         let before = m.all(self.gap(z, c.z.wrapping_sub(1), c.z));
@@ -143,13 +163,7 @@ impl Cells {
         let reached = m.all(0.0).less(left);
         let (row, layer) = (self.size.x, self.size.x * self.size.z);
         let own = c.y * layer + c.z * row;
-        let inside = [
-            true,
-            c.z + 1 < self.size.z,
-            c.z > 0,
-            true,
-            c.z + 1 < self.size.z,
-        ];
+        let inside = [true, c.z + 1 < self.size.z, c.z > 0, true, c.z + 1 < self.size.z];
         let firsts = [own, own + row, own + layer - row, own + layer, own + layer + row];
         let last = self.size.y * layer - row;
         let rows = if c.y + 1 < self.size.y { 5 } else { 2 };
@@ -183,9 +197,9 @@ impl Cells {
         (from, to)
     }
 
-    #[inline(always)]
-    fn coordinates(&self, p: Vec3) -> UVec3 {
-        coordinates(p, self.low, self.inverse, self.size)
+    /// Axes of space that X, Y and Z of the grid lie along.
+    pub(crate) fn axes(&self) -> [usize; 3] {
+        self.axes
     }
 
     /// Number of layers of cells: what is within reach of a particle is in its own layer or in one beside it.
@@ -251,6 +265,15 @@ impl<const N: usize> Runs<N> {
 #[inline(always)]
 fn rows(c: u32, size: u32) -> Range<u32> {
     c.saturating_sub(1)..(c + 2).min(size)
+}
+
+/// `p` along other axes.
+#[inline(always)]
+fn turned(axes: [usize; 3], p: Vec3) -> Vec3 {
+    match axes {
+        [0, 1, 2] => p,
+        _ => Vec3::from_array(axes.map(|k| p[k])),
+    }
 }
 
 fn coordinates(p: Vec3, low: Vec3, inverse: Vec3, size: UVec3) -> UVec3 {

@@ -300,7 +300,10 @@ impl Fluid {
         }
         let free = free(&self.boundary, self.table.reach());
         let (p, work) = (&mut self.particles, &mut self.work);
-        self.cells.sort(&p.position, self.settings.support());
+        match self.settings.model {
+            Model::Dfsph => self.cells.sort(&p.position, self.settings.support()),
+            Model::Mcg03 => self.cells.sort_in_layers(&p.position, self.settings.support()),
+        }
         self.cells.reorder(&mut p.position, &mut work.spare4);
         self.cells.reorder(&mut p.velocity, &mut work.spare4);
         self.cells.reorder(&mut p.pressure, &mut work.spare);

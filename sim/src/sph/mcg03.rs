@@ -125,7 +125,8 @@ struct Fill<'a> {
 impl Kernel for Fill<'_> {
     #[inline(always)]
     fn run<M: Machine>(self, m: M) {
-        let [x, y, z] = self.coordinates;
+        // Squares of distances are the same along any axes.
+        let [x, y, z] = self.cells.axes().map(|k| self.coordinates[k]);
         let range = self.slab.first..self.slab.end;
         let first = self.slab.first;
         self.slab.clear::<1>(LANES);
