@@ -299,8 +299,8 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    #[test]
-    fn every_pair_within_a_cell_width_is_found_even_far_outside() {
+    /// 503 particles, two of them far away, and one at a great distance.
+    fn positions() -> Vec<Vec4> {
         let mut rng = Rng::new(3, 0);
         let mut positions: Vec<Vec4> = (0..500)
             .map(|_| {
@@ -308,11 +308,15 @@ mod tests {
                 Vec4::new(u(), 2.0 * u(), 0.1 * u(), 0.0)
             })
             .collect();
-        // Two that are far away, and one at a great distance.
         positions.push(Vec4::new(90.0, 0.0, 0.0, 0.0));
         positions.push(Vec4::new(90.05, 0.0, 0.0, 0.0));
         positions.push(Vec4::new(0.0, 1e6, 0.0, 0.0));
-        let (width, mut cells, mut spare) = (0.12, Cells::default(), Vec::new());
+        positions
+    }
+
+    #[test]
+    fn every_pair_within_a_cell_width_is_found_even_far_outside() {
+        let (width, mut cells, mut spare, mut positions) = (0.12, Cells::default(), Vec::new(), positions());
         cells.sort(&positions, width);
         let mut seen: Vec<u32> = cells.order().to_vec();
         seen.sort_unstable();
@@ -326,6 +330,46 @@ mod tests {
                 found += positions[run].iter().filter(|q| near(q)).count();
             }
             assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn each_pair_is_found_once_from_its_earlier_particle() {
+        // Along each axis, without what would make one the longest, and with it.
+        for (turn, count) in [(0, 500), (1, 500), (2, 500), (0, 502), (1, 503)] {
+            let turned = |p: &Vec4| {
+                Vec4::from_array([0, 1, 2, 3].map(|k| if k < 3 { p[(k + turn) % 3] } else { 0.0 }))
+            };
+            let mut positions: Vec<Vec4> = positions()[..count].iter().map(turned).collect();
+            let (width, mut cells, mut spare) = (0.12, Cells::default(), Vec::new());
+            cells.sort_in_layers(&positions, width);
+            cells.reorder(&mut positions, &mut spare);
+            let near = |p: &Vec4, q: &Vec4| p.distance_squared(*q) < width * width;
+            for (i, p) in positions.iter().enumerate() {
+                let own = Vec3::from_array(cells.axes().map(|k| p[k]));
+                let mut found: Vec<usize> = cells
+                    .runs_ahead(pulp::Scalar256b, i, own)
+                    .iter()
+                    .flatten()
+                    .collect();
+                found.retain(|j| near(p, &positions[*j]));
+                found.sort_unstable();
+                let later = (i + 1..count).filter(|j| near(p, &positions[*j]));
+                assert_eq!(found, later.collect::<Vec<usize>>());
+            }
+            // Nothing reaches beyond the next layer.
+            assert_eq!(cells.layer(cells.layers() + 1), count);
+            for k in 0..cells.layers() {
+                for i in cells.layer(k)..cells.layer(k + 1) {
+                    let own = Vec3::from_array(cells.axes().map(|k| positions[i][k]));
+                    let last = cells
+                        .runs_ahead(pulp::Scalar256b, i, own)
+                        .iter()
+                        .map(|run| run.end)
+                        .max();
+                    assert!(last.is_none_or(|last| last <= cells.layer(k + 2)));
+                }
+            }
         }
     }
 }

@@ -170,3 +170,39 @@ pub(crate) fn dispatch(kernel: impl Kernel) {
     }
     kernel.run(pulp::Scalar256b);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    /// Everything that there is of eight numbers, of many.
+    struct All<'a>(&'a mut Vec<u32>);
+
+    impl Kernel for All<'_> {
+        #[inline(always)]
+        fn run<M: Machine>(self, m: M) {
+            let mut rng = Rng::new(8, 0);
+            for _ in 0..100 {
+                let mut eight = || m.eight(&[0.0; LANES].map(|_: f32| 9.0 * rng.uniform_f32() - 3.0));
+                let (a, b) = (eight(), eight());
+                let root = (a * b).max(m.all(0.0)).sqrt();
+                for values in [a + b, a - b, a.min(b), root, a.over(b)] {
+                    self.0.extend(values.values().map(f32::to_bits));
+                    self.0.push(values.sum().to_bits());
+                }
+                self.0.push(a.less(b));
+                self.0.extend((a * m.all(1e9)).whole().map(i32::cast_unsigned));
+            }
+        }
+    }
+
+    #[test]
+    fn all_machines_give_the_same_bits() {
+        let (mut best, mut plain) = (Vec::new(), Vec::new());
+        dispatch(All(&mut best));
+        All(&mut plain).run(pulp::Scalar256b);
+        assert_eq!(best, plain);
+        assert!(best.contains(&2_147_483_520));
+    }
+}
