@@ -143,7 +143,7 @@ impl Cells {
     /// The same for what follows particle `i` in memory, which is at `p` of the grid's axes: of two particles, this finds the later one from the
     /// earlier one alone. The rows it looks at, side by side: its own, the next one, and three of the next layer.
     #[inline(always)]
-    pub(crate) fn runs_ahead<M: Machine>(&self, m: M, i: usize, p: Vec3) -> Runs<6> {
+    pub(crate) fn runs_ahead<M: Machine>(&self, m: M, i: usize, p: Vec3) -> Ahead {
         let c = coordinates(p, self.low, self.inverse, self.size);
         let (x, y, z) = (p.x - self.low.x, p.y - self.low.y, p.z - self.low.z);
         let above = m.all(self.gap(y, c.y + 1, c.y));
@@ -169,6 +169,7 @@ impl Cells {
         let rows = if c.y + 1 < self.size.y { 5 } else { 2 };
         let mut runs = Runs::default();
         for k in 0..rows {
+            // Of rows that are not there, any will do.
             let first = firsts[k].min(last);
             let column = |c: i32| c.cast_unsigned().min(row - 1);
             let from = self.start[(first + column(low[k])) as usize];
@@ -235,6 +236,9 @@ pub(crate) struct Runs<const N: usize = 10> {
     list: [(u32, u32); N],
     count: u32,
 }
+
+/// Ranges of particles that follow one of them.
+pub(crate) type Ahead = Runs<6>;
 
 impl<const N: usize> Default for Runs<N> {
     #[inline(always)]

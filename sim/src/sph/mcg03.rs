@@ -2,13 +2,16 @@
 //!
 //! Pressure p = k (ρ − ρ0) (eq. 12, with k the square of the speed of sound), forces −Σ m (p_i + p_j)/(2ρ_j) ∇W_spiky
 //! (eq. 10), μ Σ m (v_j − v_i)/ρ_j ∇²W_viscosity (eq. 14) and σ κ n of the colour field (eq. 19). Boundaries are those of
-//! `dfsph`. Pressures are kept from falling below 0, where they would clump the surface. Its viscosity is not central, so
-//! angular momentum drifts; its compression under a column of height H is about g H / k.
+//! `dfsph`. Pressures are kept from falling below 0, where they would clump the surface. What a pair adds to one of its
+//! particles it takes from the other, so momentum is exact; its viscosity is not central, so angular momentum drifts. Its
+//! compression under a column of height H is about g H / k.
 //!
-//! Two sums over neighbours are all that a step needs, so no list is made: what the cells say is near is taken as it lies
-//! in memory, [`LANES`] particles side by side, and those out of reach have the weight 0.
+//! Two sums over pairs are all that a step needs, so no list of them is made: what the cells say is near a particle and
+//! follows it is taken as it lies in memory, [`LANES`] particles side by side, and those out of reach have the weight 0. Both
+//! particles of a pair get their share at once, in lists of their slab (`slabs`). The first sum says which part of each range
+//! is within reach, and the second takes no more than that.
 
-use super::cells::{Cells, Runs};
+use super::cells::{Ahead, Cells};
 use super::eight::{self, Kernel, LANES, Machine, eights, eights_mut};
 use super::fluid::{Fluid, Stepped, TASK};
 use super::kernel::Muller;
@@ -24,6 +27,9 @@ const INSIDE: f32 = 0.5;
 const FARTHEST: f32 = 0.1;
 /// Distance over the support below which two particles stand in one place.
 const COINCIDENT: f32 = 1e-3;
+
+/// Particles of a range of which it is known which are within reach; few ranges hold more.
+const BITS: usize = u64::BITS as usize;
 
 /// What is read of neighbours, one array a quantity, each longer by [`LANES`] than the particles are many.
 #[derive(Debug, Default)]
@@ -127,19 +133,26 @@ impl Kernel for Fill<'_> {
     fn run<M: Machine>(self, m: M) {
         // Squares of distances are the same along any axes.
         let [x, y, z] = self.cells.axes().map(|k| self.coordinates[k]);
-        let range = self.slab.first..self.slab.end;
-        let first = self.slab.first;
         self.slab.clear::<1>(LANES);
-        let (ahead, together, [sums, ..]) = self.slab.parts();
+        let Slab {
+            first,
+            end,
+            ahead,
+            together,
+            sums: [sums, ..],
+            ..
+        } = self.slab;
+        let first = *first;
         ahead.clear();
         together.clear();
         let (zero, square, coincident) = (m.all(0.0), m.all(self.square), m.all(self.coincident));
-        for i in range {
+        for i in first..*end {
             let (px, py, pz) = (m.all(x[i]), m.all(y[i]), m.all(z[i]));
             let (mut own, mut nearest) = (zero, square);
-            let mut found = Runs::default();
+            let mut found = Ahead::default();
             for run in self.cells.runs_ahead(m, i, Vec3::new(x[i], y[i], z[i])).iter() {
-                let (mut rest, mut near, mut shift) = (run.len(), 0, 0);
+                let (mut rest, mut near, mut shift) = (run.len(), 0_u64, 0);
+                let start = run.start as u32;
                 let others = eights(x, &run).iter().zip(eights(y, &run)).zip(eights(z, &run));
                 let sums = eights_mut(sums, &(run.start - first..run.end - first));
                 for (((x, y), z), sums) in others.zip(sums) {
@@ -150,16 +163,16 @@ impl Kernel for Fill<'_> {
                     own = own + sum;
                     *sums = (m.eight(sums) + sum).values();
                     nearest = nearest.min(r2);
-                    near |= u64::from(zero.less(left)) << (shift & 63);
+                    near |= u64::from(zero.less(left)) << (shift % BITS);
                     shift += LANES;
                     rest = rest.saturating_sub(LANES);
                 }
-                let (mut from, mut to) = (run.start, run.end);
-                if run.len() <= 64 {
-                    from += near.trailing_zeros() as usize;
-                    to = run.start + 64 - near.leading_zeros() as usize;
-                }
-                found.push((from as u32, to as u32));
+                found.push(if run.len() <= BITS {
+                    let (before, after) = (near.trailing_zeros(), near.leading_zeros());
+                    (start + before, start + BITS as u32 - after)
+                } else {
+                    (start, run.end as u32)
+                });
             }
             sums[i - first] += own.sum();
             ahead.push(found);
@@ -219,7 +232,7 @@ pub(super) fn accelerate(fluid: &mut Fluid, dt: f32) -> Stepped {
         fields: &work.fields,
         cells: &fluid.cells,
         kernel,
-        factor,
+        factor: kernel.force_factor(),
         steepest: INSIDE / d,
     };
     let [x, y, z] = &work.fields.push;
@@ -266,14 +279,18 @@ impl Kernel for Push<'_> {
     #[inline(always)]
     fn run<M: Machine>(self, m: M) {
         let (pairs, f) = (self.pairs, self.pairs.fields);
-        let range = self.slab.first..self.slab.end;
-        let first = self.slab.first;
         self.slab.clear::<3>(LANES);
-        let (ahead, together, sums) = self.slab.parts();
+        let Slab {
+            first,
+            ahead,
+            together,
+            sums: [sx, sy, sz],
+            ..
+        } = self.slab;
+        let first = *first;
         let zero = m.all(0.0);
         let (h, least, viscosity) = (m.all(pairs.support), m.all(pairs.least), m.all(pairs.viscosity));
-        let [sx, sy, sz] = sums;
-        for (i, ahead) in range.zip(&*ahead) {
+        for (i, ahead) in (first..).zip(&*ahead) {
             let (px, py, pz) = (m.all(f.x[i]), m.all(f.y[i]), m.all(f.z[i]));
             let (pu, pv, pw) = (m.all(f.u[i]), m.all(f.v[i]), m.all(f.w[i]));
             let (half, inverse) = (m.all(f.half[i]), m.all(1.0 / pairs.density[i]));
@@ -321,9 +338,9 @@ impl Kernel for Push<'_> {
         for &i in &*together {
             let i = i as usize;
             pairs.part(i, &ahead[i - first], |j, a| {
-                for (list, a) in [&mut *sx, &mut *sy, &mut *sz].into_iter().zip(a.to_array()) {
-                    list[j - first] += a;
-                }
+                sx[j - first] += a.x;
+                sy[j - first] += a.y;
+                sz[j - first] += a.z;
             });
         }
     }
@@ -333,7 +350,7 @@ impl Pairs<'_> {
     /// Pushes particle `i` and those later ones that stand in its place apart, in directions of chance.
     #[cold]
     #[inline(never)]
-    fn part(&self, i: usize, ahead: &Runs<6>, mut add: impl FnMut(usize, Vec3)) {
+    fn part(&self, i: usize, ahead: &Ahead, mut add: impl FnMut(usize, Vec3)) {
         let f = self.fields;
         let at = |i: usize| Vec3::new(f.x[i], f.y[i], f.z[i]);
         let left = self.support - self.near;
@@ -413,6 +430,50 @@ mod tests {
             let near = fluid.positions().iter().map(|q| p.distance_squared(*q));
             let sum = volume * near.map(|r2| fluid.muller.poly6(Vec4::splat(r2)).x).sum::<f32>();
             assert!((density - sum).abs() < 1e-5 * sum, "{density} {sum}");
+        }
+    }
+
+    #[test]
+    fn forces_are_the_sums_over_all_particles() {
+        let (d, dt) = (0.1, 1e-3);
+        let mut fluid = weightless(d);
+        fluid.settings.viscosity = 0.3;
+        fluid.settings.surface_tension = 50.0;
+        let mut rng = Rng::new(6, 0);
+        // Spaced, so that nothing is pushed farther than a step allows.
+        for k in 0..8 * 6 * 5 {
+            let at = Vec3::new((k % 8) as f32, (k / 8 % 6) as f32, (k / 48) as f32);
+            let mut aside = || 0.3 * rng.uniform_f32();
+            let at = 0.85 * d * (at + Vec3::new(aside(), aside(), aside()));
+            fluid.add(at, Vec3::new(aside(), aside(), aside()));
+        }
+        fluid.refresh();
+        let (at, v) = (fluid.positions().to_vec(), fluid.velocities().to_vec());
+        fluid.step(dt);
+        let (density, kernel, s) = (fluid.densities(), fluid.muller, &fluid.settings);
+        let volume = d.powi(3) / s.lattice_density();
+        let pressure = |i: usize| s.stiffness * (density[i] - 1.0).max(0.0);
+        for i in 0..at.len() {
+            let (mut force, mut colour, mut curvature) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+            for j in (0..at.len()).filter(|j| *j != i) {
+                let (x, share) = ((at[i] - at[j]).truncate(), volume / density[j]);
+                let (r, r2) = (x.length(), x.length_squared());
+                let push = 0.5 * share * (pressure(i) + pressure(j)) * kernel.spiky_slope(r);
+                force -= push * x / r;
+                force += s.viscosity * share * kernel.viscosity_laplacian(r) * (v[j] - v[i]).truncate();
+                // Beyond the support the Laplacian of poly6 is cut as its gradient is.
+                colour += share * kernel.poly6_gradient_factor(r2) * x;
+                curvature += share * kernel.poly6_laplacian(r2);
+            }
+            if colour.length() > INSIDE / d {
+                force -= s.surface_tension / s.density * curvature * colour.normalize();
+            }
+            let a = (fluid.velocities()[i] - v[i]).truncate() / dt;
+            let expected = force / density[i];
+            assert!(
+                (a - expected).length() < 1e-3 * (1.0 + expected.length()),
+                "{a} {expected}"
+            );
         }
     }
 

@@ -5,7 +5,7 @@
 //! finds the later one. Each slab sums into its own lists, which also hold the layer that follows it, and the lists are
 //! added in the order of the slabs. Slabs do not depend on the number of threads, so neither do sums.
 
-use super::cells::{Cells, Runs};
+use super::cells::{Ahead, Cells};
 use rayon::prelude::*;
 
 /// Particles of a slab at least, unless it is the last one.
@@ -23,11 +23,11 @@ pub(crate) struct Slab {
     /// The first one that is out of its reach.
     reach: usize,
     /// Where the later particles of the pairs of each of its particles are.
-    pub(crate) ahead: Vec<Runs<6>>,
+    pub(crate) ahead: Vec<Ahead>,
     /// Particles of it that have a later one in their place.
     pub(crate) together: Vec<u32>,
-    /// Sums for the particles from `first` to `reach`, and a few places more.
-    sums: [Vec<f32>; 3],
+    /// Sums for the particles from `first` to what is out of reach, and a few places more.
+    pub(crate) sums: [Vec<f32>; 3],
 }
 
 impl Slab {
@@ -37,12 +37,6 @@ impl Slab {
             list.clear();
             list.resize(self.reach - self.first + lanes, 0.0);
         }
-    }
-
-    /// What a pass over its pairs reads and writes: where they are, particles in one place, and sums.
-    #[inline(always)]
-    pub(crate) fn parts(&mut self) -> (&mut Vec<Runs<6>>, &mut Vec<u32>, &mut [Vec<f32>; 3]) {
-        (&mut self.ahead, &mut self.together, &mut self.sums)
     }
 }
 
@@ -102,7 +96,7 @@ impl Slabs {
     pub(crate) fn bytes(&self) -> usize {
         let one = |s: &Slab| {
             size_of::<Slab>()
-                + size_of::<Runs<6>>() * s.ahead.capacity()
+                + size_of::<Ahead>() * s.ahead.capacity()
                 + 4 * s.together.capacity()
                 + 4 * s.sums.iter().map(Vec::capacity).sum::<usize>()
         };
