@@ -145,6 +145,11 @@ impl Boundary {
         }
     }
 
+    /// Distance from walls and ground below which [`Self::confine`] moves a particle, m.
+    pub(crate) fn gap(spacing: f32) -> f32 {
+        GAP * spacing
+    }
+
     /// Moves a particle that has passed a boundary back and takes away the velocity that brought it there. Returns
     /// whether it had to.
     pub(crate) fn confine(&self, spacing: f32, p: &mut Vec3, v: &mut Vec3) -> bool {
@@ -158,7 +163,7 @@ impl Boundary {
         }
         // Twice, since one wall may push through another where ground and walls meet at an angle.
         for _ in 0..2 {
-            let (gap, start) = (GAP * spacing, *p);
+            let (gap, start) = (Self::gap(spacing), *p);
             self.walls_near(start, gap, |distance, normal| {
                 *p += normal * (gap - distance);
                 stop(v, Vec3::ZERO, normal);

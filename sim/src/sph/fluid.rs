@@ -298,9 +298,12 @@ impl Fluid {
         if self.fresh {
             return;
         }
-        let free = free(&self.boundary, self.settings.support());
+        let free = free(&self.boundary, self.table.reach());
         let (p, work) = (&mut self.particles, &mut self.work);
-        self.cells.sort(&p.position, self.settings.support());
+        match self.settings.model {
+            Model::Dfsph => self.cells.sort(&p.position, self.settings.support()),
+            Model::Mcg03 => self.cells.sort_in_layers(&p.position, self.settings.support()),
+        }
         self.cells.reorder(&mut p.position, &mut work.spare4);
         self.cells.reorder(&mut p.velocity, &mut work.spare4);
         self.cells.reorder(&mut p.pressure, &mut work.spare);
@@ -410,7 +413,7 @@ impl Fluid {
         let mass = self.particle_mass();
         self.floating.bounce(&self.boundary, mass, step);
         let (boundary, spacing) = (&self.boundary, self.settings.spacing);
-        let free = free(&self.boundary, spacing);
+        let free = free(&self.boundary, Boundary::gap(spacing));
         let p = &mut self.particles;
         p.position
             .par_iter_mut()
@@ -461,5 +464,7 @@ impl Fluid {
 
 /// Where no boundary is within `reach`, as far as that is quickly known.
 fn free(boundary: &Boundary, reach: f32) -> Option<Inner> {
+    // A little more, so that rounding loses nothing.
+    let reach = 1.01 * reach;
     boundary.obstacles.is_empty().then(|| Inner::new(boundary, reach))
 }

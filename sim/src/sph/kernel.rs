@@ -2,7 +2,6 @@
 //!
 //! Every kernel has compact support `h`, integrates to 1 over space and has the unit 1/m³.
 
-use glam::Vec4;
 use std::f32::consts::PI;
 
 /// Cubic spline (Monaghan 1992) of support `h`, with what each evaluation shares.
@@ -128,8 +127,7 @@ pub(crate) struct Muller {
     support: f32,
     poly6: f32,
     poly6_slope: f32,
-    spiky_slope: f32,
-    viscous: f32,
+    forces: f32,
 }
 
 impl Muller {
@@ -140,8 +138,7 @@ impl Muller {
             support,
             poly6: 315.0 / (64.0 * h9),
             poly6_slope: -945.0 / (32.0 * h9),
-            spiky_slope: -45.0 / h6,
-            viscous: 45.0 / h6,
+            forces: 45.0 / h6,
         }
     }
 
@@ -149,11 +146,21 @@ impl Muller {
         self.support
     }
 
-    /// poly6 at four squared distances, 1/m³ (eq. 20).
-    #[inline(always)]
-    pub(crate) fn poly6(&self, r2: Vec4) -> Vec4 {
-        let d = (Vec4::splat(self.support * self.support) - r2).max(Vec4::ZERO);
-        self.poly6 * (d * d * d)
+    /// What poly6 is times (h² − r²)³, 1/m⁹ (eq. 20).
+    pub(crate) fn poly6_factor(&self) -> f32 {
+        self.poly6
+    }
+
+    /// 45/(πh⁶), 1/m⁶: times −(h − r)² it is the gradient of spiky along the line between the points (eq. 21), times h − r
+    /// the Laplacian of the viscosity kernel (eq. 22).
+    pub(crate) fn force_factor(&self) -> f32 {
+        self.forces
+    }
+
+    /// poly6 at squared distance `r2`, 1/m³.
+    #[cfg(test)]
+    pub(crate) fn poly6(&self, r2: f32) -> f32 {
+        self.poly6 * (self.support * self.support - r2).max(0.0).powi(3)
     }
 
     /// Gradient factor of poly6 at squared distance `r2`, 1/m⁵.
@@ -171,17 +178,16 @@ impl Muller {
         self.poly6_slope * d * (3.0 * h2 - 7.0 * r2)
     }
 
-    /// Gradient of spiky along the line between the points, −45/(πh⁶) (h − r)², 1/m⁴ (eq. 21).
-    #[inline(always)]
+    /// Gradient of spiky along the line between the points, 1/m⁴.
+    #[cfg(test)]
     pub(crate) fn spiky_slope(&self, r: f32) -> f32 {
-        let d = (self.support - r).max(0.0);
-        self.spiky_slope * d * d
+        -self.forces * (self.support - r).max(0.0).powi(2)
     }
 
-    /// Laplacian of the viscosity kernel, 45/(πh⁶) (h − r), 1/m⁵ (eq. 22).
-    #[inline(always)]
+    /// Laplacian of the viscosity kernel, 1/m⁵.
+    #[cfg(test)]
     pub(crate) fn viscosity_laplacian(&self, r: f32) -> f32 {
-        self.viscous * (self.support - r).max(0.0)
+        self.forces * (self.support - r).max(0.0)
     }
 }
 
@@ -207,7 +213,7 @@ mod tests {
         let cubic = CubicSpline::new(h);
         let muller = Muller::new(h);
         assert!((over_space(h, |r| cubic.at(r)) - 1.0).abs() < 1e-5);
-        assert!((over_space(h, |r| muller.poly6(Vec4::splat(r * r)).x) - 1.0).abs() < 1e-5);
+        assert!((over_space(h, |r| muller.poly6(r * r)) - 1.0).abs() < 1e-5);
         // Integrated by parts: ∫ −r W′(r) dV = 3 ∫ W dV.
         let parts = over_space(h, |r| -r * r * cubic.gradient_factor(r) / 3.0);
         let spiky = over_space(h, |r| -r * muller.spiky_slope(r) / 3.0);

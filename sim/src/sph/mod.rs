@@ -4,7 +4,7 @@
 //! incompressible) or `mcg03` (state equation). A step sorts the particles into cells (`cells`), lists neighbours with
 //! what every pass needs of a pair (`neighbours`), adds images beyond flat walls (`mirrors`) and what other boundaries fill
 //! (`boundary`, `obstacle`, `distance_field`), damps what is not resolved (`noise`), and finds viscosity (`viscosity`) and
-//! pressure (`mcg03`; `dfsph` with `correction` and `pressure`). `extract` makes heightfield
+//! pressure (`mcg03` with `slabs` and `eight`; `dfsph` with `correction` and `pressure`). `extract` makes heightfield
 //! frames of the particles (`covered`: where bodies stand in it); `solver` drives both for a scene (`from_scene`), with what pours
 //! in (`jets`), what acts on the water (`actions`), and bodies that it moves (`floating`, `floats`).
 
@@ -19,6 +19,7 @@ mod covered;
 mod crossing;
 mod dfsph;
 mod distance_field;
+mod eight;
 mod extract;
 mod floating;
 mod floats;
@@ -34,6 +35,7 @@ mod noise;
 mod obstacle;
 mod pressure;
 mod settings;
+mod slabs;
 mod solver;
 mod viscosity;
 
