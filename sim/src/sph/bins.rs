@@ -34,11 +34,11 @@ impl Bins {
     /// Bins of so many `columns` of `spec`, in layers of that thickness if there is room for so many.
     pub(super) fn new(spec: GridSpec, columns: [usize; 2], thickness: f32) -> Self {
         // A sample stands in the middle of what counts to it.
-        let columns_f = Vec2::new(columns[0] as f32, columns[1] as f32);
-        let scale = 1.0 / (spec.spacing * columns_f);
+        let count = Vec2::new(columns[0] as f32, columns[1] as f32);
+        let scale = 1.0 / (spec.spacing * count);
         Self {
             scale,
-            offset: 0.5 / columns_f - scale * spec.origin,
+            offset: 0.5 / count - scale * spec.origin,
             size: [
                 spec.width().div_ceil(columns[0]),
                 spec.height().div_ceil(columns[1]),
@@ -58,9 +58,13 @@ impl Bins {
     fn at(&self, p: Vec2) -> [usize; 2] {
         let g = self.scale * p + self.offset;
         // Conversion saturates at 0.
-        [(g.x as usize).min(self.size[0] - 1), (g.y as usize).min(self.size[1] - 1)]
+        [
+            (g.x as usize).min(self.size[0] - 1),
+            (g.y as usize).min(self.size[1] - 1),
+        ]
     }
 
+    /// Sorts the particles of `fluid`.
     pub(super) fn sort(&mut self, fluid: &Fluid) {
         let positions = fluid.positions();
         let Some(first) = positions.first() else {

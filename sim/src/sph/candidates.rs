@@ -69,18 +69,22 @@ impl Gathered {
         self.runs.clear();
         (self.low, self.high, self.head) = (low, high, usize::MAX);
         let bins = from.bins;
-        bins.between(low - from.radius, high + from.radius, |first, Range { start, end }| {
-            if start < end {
-                let layer = bins.layer(bins.particles()[start].y);
-                self.head = self.head.min(layer);
-                self.runs.push(Run {
-                    first,
-                    next: start,
-                    layer,
-                    end,
-                });
-            }
-        });
+        bins.between(
+            low - from.radius,
+            high + from.radius,
+            |first, Range { start, end }| {
+                if start < end {
+                    let layer = bins.layer(bins.particles()[start].y);
+                    self.head = self.head.min(layer);
+                    self.runs.push(Run {
+                        first,
+                        next: start,
+                        layer,
+                        end,
+                    });
+                }
+            },
+        );
         !self.runs.is_empty()
     }
 
@@ -195,7 +199,11 @@ impl Candidates {
     #[inline(always)]
     pub(super) fn drop_above(&mut self, height: f32) {
         let dropped = self.dropped;
-        while self.taken.get(self.dropped).is_some_and(|taken| taken.lowest >= height) {
+        while self
+            .taken
+            .get(self.dropped)
+            .is_some_and(|taken| taken.lowest >= height)
+        {
             self.dropped += 1;
         }
         if self.dropped > dropped {

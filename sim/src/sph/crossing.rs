@@ -189,14 +189,7 @@ fn any(open: &Lanes, value: &Lanes, least: f32) -> bool {
 impl Search {
     /// Writes the crossings of the columns that wait, of a tile at sample `i` of rows of `width`.
     #[inline(always)]
-    fn write(
-        &self,
-        candidates: &Candidates,
-        found: &mut Brackets,
-        i: usize,
-        width: usize,
-        out: &mut [f32],
-    ) {
+    fn write(&self, candidates: &Candidates, found: &mut Brackets, i: usize, width: usize, out: &mut [f32]) {
         let at = self.roots(candidates, found);
         for k in 0..LANES {
             if found.waits[k] > 0.0 {
@@ -222,7 +215,11 @@ impl Search {
             for k in 0..LANES {
                 let next = low[k] + (high[k] - low[k]) * (below[k] / (below[k] - above[k]));
                 let next = if waits[k] > 0.0 { next } else { at[k] };
-                waits[k] = if (next - at[k]).abs() < self.close { 0.0 } else { waits[k] };
+                waits[k] = if (next - at[k]).abs() < self.close {
+                    0.0
+                } else {
+                    waits[k]
+                };
                 at[k] = next;
                 left += waits[k];
             }

@@ -134,7 +134,9 @@ impl Extractor {
 
     /// Heights of all columns; −∞ where there is no surface.
     fn heights(&self, boundary: &Boundary, ground: &Grid<f32>, elevation: &mut Grid<f32>) {
-        let rows = elevation.as_mut_slice().par_chunks_mut(self.spec.width() * self.block[1]);
+        let rows = elevation
+            .as_mut_slice()
+            .par_chunks_mut(self.spec.width() * self.block[1]);
         let rows = rows.enumerate();
         rows.for_each_init(Buffers::default, |buffers, (row, out)| {
             pulp::Arch::new().dispatch(Row {
@@ -278,7 +280,8 @@ mod tests {
                         let beside = |p: &&Vec3| at.distance(Vec2::new(p.x, p.z)) < h;
                         let near: Vec<&Vec3> = points.iter().filter(beside).collect();
                         let potential = |y: f32| -> f32 {
-                            let left = |p: &Vec3| 1.0 - p.distance_squared(Vec3::new(at.x, y, at.y)) / (h * h);
+                            let left =
+                                |p: &Vec3| 1.0 - p.distance_squared(Vec3::new(at.x, y, at.y)) / (h * h);
                             near.iter().map(|p| left(p).max(0.0).sqrt()).sum()
                         };
                         let found = depth[(i, j)];
@@ -297,7 +300,10 @@ mod tests {
                             let near = (potential(found) - level).abs() < 1e-2 * level;
                             let (over, under) = (potential(found + close * d), potential(found - close * d));
                             let within = over < level && under >= level;
-                            assert!(near || within, "{root:?} {spacing} {i} {j} {found}: {over} {under}");
+                            assert!(
+                                near || within,
+                                "{root:?} {spacing} {i} {j} {found}: {over} {under}"
+                            );
                         }
                     }
                 }

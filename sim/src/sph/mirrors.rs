@@ -193,7 +193,9 @@ pub(super) fn mirror(boundary: &Boundary, p: Vec3, h: f32, mut image: impl FnMut
         *count = (2 * *count).min(images.len());
     }
     if let Some((height, _)) = boundary.ground_at(p).filter(|g| p.y - g.0 < h) {
-        add(&mut images, &mut count, |q| Vec3::new(q.x, 2.0 * height - q.y, q.z));
+        add(&mut images, &mut count, |q| {
+            Vec3::new(q.x, 2.0 * height - q.y, q.z)
+        });
     }
     if boundary.outline == Outline::Round {
         let centre = 0.5 * (boundary.low + boundary.high);
