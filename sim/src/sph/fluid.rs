@@ -8,7 +8,7 @@ use super::kernel::{CubicSpline, Muller};
 use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
 use super::noise::{self, Gradient};
-use super::pressure::Buffers;
+use super::complementarity::Buffers;
 use super::settings::{Model, Settings};
 use super::{dfsph, mcg03, viscosity};
 use crate::reduce;
