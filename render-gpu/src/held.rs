@@ -63,7 +63,6 @@ pub(crate) struct Held {
     pub(crate) executor: Executor,
     pub(crate) fixed: Option<Fixed>,
     pub(crate) uploaded: Uploaded,
-    pub(crate) counts: [u32; 4],
 }
 
 fn failed(what: impl std::fmt::Display) -> RenderError {
@@ -127,7 +126,6 @@ impl Held {
             executor: Executor::default(),
             fixed: None,
             uploaded: Uploaded::default(),
-            counts: [0; 4],
         }
     }
 
@@ -304,28 +302,21 @@ impl Held {
         self.uploaded.buffers.fit(&self.gpu, "readable", bytes, usage).0
     }
 
-    /// The first bytes of buffers that are held, one after the other; `None` if one is not, or the device was lost.
-    pub(crate) fn read_buffers(&mut self, parts: &[(&'static str, u64)]) -> Option<Vec<u8>> {
-        let whole = parts.iter().map(|(_, bytes)| bytes).sum();
-        let readable = self.readable(whole);
+    /// The first bytes of a buffer that is held; `None` if it is not, or the device was lost.
+    pub(crate) fn read_held(&mut self, name: &'static str, bytes: u64) -> Option<Vec<u8>> {
+        let readable = self.readable(bytes);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut at = 0;
-        for &(name, bytes) in parts {
-            let buffer = self.uploaded.buffers.get(name)?;
-            encoder.copy_buffer_to_buffer(buffer, 0, &readable, at, bytes);
-            at += bytes;
-        }
+        let buffer = self.uploaded.buffers.get(name)?;
+        encoder.copy_buffer_to_buffer(buffer, 0, &readable, 0, bytes);
         self.gpu.queue.submit([encoder.finish()]);
-        read_buffer(&self.gpu, &readable, whole)
+        read_buffer(&self.gpu, &readable, bytes)
     }
 
     fn read_picture(&mut self, size: UVec2) -> Result<Vec<Vec3>, RenderError> {
         let bytes = 16 * u64::from(size.x) * u64::from(size.y);
         let read = self
-            .read_buffers(&[(names::PICTURE, bytes), (names::MISSING, 16)])
+            .read_held(names::PICTURE, bytes)
             .ok_or_else(|| failed("the picture cannot be read"))?;
-        let (read, counts) = read.split_at(bytes as usize);
-        self.counts = bytemuck::pod_read_unaligned(counts);
         Ok(read.chunks_exact(16).map(|p| four(p).truncate()).collect())
     }
 

@@ -119,17 +119,16 @@ impl GpuRenderer {
         let held = self.held.as_mut()?;
         let size = UVec2::from(held.uploaded.map_size?);
         let bytes = 4 * u64::from(size.x) * u64::from(size.y);
-        let read = held.read_buffers(&[(names::MAP, bytes)])?;
+        let read = held.read_held(names::MAP, bytes)?;
         let values = read.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
         Some((size, values))
     }
 
-    /// Look-ups of the last picture that rasterised techniques could not answer, over all its samples: beyond the picture's edge, where
-    /// nothing was drawn, and marches that met nothing.
-    pub fn missing(&self) -> [u32; 3] {
-        self.held
-            .as_ref()
-            .map_or([0; 3], |h| [h.counts[0], h.counts[1], h.counts[2]])
+    /// Look-ups that rasterised techniques could not answer when they last drew, over all samples: beyond the picture's edge, where
+    /// nothing was drawn, and marches that met nothing. Read from the device when asked.
+    pub fn missing(&mut self) -> [u32; 3] {
+        let read = self.held.as_mut().and_then(|h| h.read_held(names::MISSING, 16));
+        read.map_or([0; 3], |counts| bytemuck::pod_read_unaligned(&counts[..12]))
     }
 
     /// Destroys the device, as a driver may do at any time; for tests of what follows.

@@ -47,7 +47,8 @@ pub enum Action {
         velocity: Vec2,
     },
     /// A hand takes hold of a free object, or moves the hold that it has: a critically damped spring pulls `grip` to
-    /// `target` until [`Action::Release`].
+    /// `target` until [`Action::Release`]. In particles obstacles that stand or follow a path can be held too: they go where the
+    /// hand pulls them and stay where it lets go.
     Drag {
         /// Name of the object.
         body: String,

@@ -193,6 +193,86 @@ fn hands_drag_bodies_and_vessels_tilt() {
 }
 
 #[test]
+fn posts_that_stand_can_be_dragged_through_the_water() {
+    for model in ["dfsph", "mcg03"] {
+        let text = format!(
+            "name = 'post'\ndomain = {{ size = [0.8, 0.02] }}\nterrain = {{ kind = 'flat', height = -0.2 }}\n\
+             [solver]\nkind = 'sph'\nmodel = '{model}'\nspacing = 0.01\nparticle = 0.02\n\
+             [[object]]\nname = 'post'\nshape = {{ kind = 'box', size = [0.08, 0.5, 0.02] }}\nposition = [0.2, 0, 0.01]\n\
+             [[event]]\nkind = 'drag'\nstart = 0.5\nend = 1.0\nbody = 'post'\nfrom = [0.2, 0, 0.01]\nto = [0.6, 0, 0.01]\n"
+        );
+        let scene = scene(&text);
+        assert!(scene.description.can_drag(&scene.description.objects[0]));
+        let live = || LiveSource::new(&scene, solvers::build(&scene).unwrap(), Channels::BODIES);
+        let (mut source, mut frame) = (live(), Frame::new(scene.grid));
+        let (mut piled, mut kept) = (0.0_f32, Vec::new());
+        for k in 0..60 {
+            source.read_into(&mut frame).unwrap();
+            let post = frame.bodies.as_ref().unwrap()[0];
+            let x = post.position.x;
+            assert!(
+                k > 15 || (x == 0.2 && post.velocity == Vec3::ZERO),
+                "{x} at frame {k}"
+            );
+            // Water piles up before the post and falls behind it.
+            let [before, behind] =
+                [x + 0.06, x - 0.06].map(|x| frame.elevation.sample(meniscus_sim::glam::Vec2::new(x, 0.01)));
+            piled = piled.max(before - behind);
+            kept.push(frame.clone());
+        }
+        let end = kept[59].bodies.as_ref().unwrap()[0];
+        assert!(
+            (0.5..=0.61).contains(&end.position.x),
+            "{model}: {}",
+            end.position
+        );
+        assert!(
+            end.velocity.length() < 1e-3,
+            "{model}: let go, yet {}",
+            end.velocity
+        );
+        assert!(piled > 0.01, "{model}: {piled} m");
+        // Nothing was pressed through walls or left inside the post.
+        let solver = source.solver();
+        assert!(solver.report().mass > 0.0 && solver.report().largest_stable_step > 0.0);
+        let stages: Vec<_> = solver.stages().iter().map(|s| s.0).collect();
+        assert!(
+            stages.contains(&"neighbours") && stages.contains(&"motion"),
+            "{stages:?}"
+        );
+        let spent: f64 = source.stages().iter().map(|s| s.1).sum();
+        assert!(spent > 0.0, "{:?}", source.stages());
+        let mut again = live();
+        for (k, first) in kept.iter().enumerate() {
+            again.read_into(&mut frame).unwrap();
+            assert!(frame == *first, "{model}: frame {k}");
+        }
+    }
+    // A hand far away pulls no further than the tank, and no one drags what is not there.
+    let text = "name = 'post'\ndomain = { size = [0.4, 0.4] }\nterrain = { kind = 'flat', height = -0.1 }\n\
+                [solver]\nkind = 'sph'\nspacing = 0.02\nparticle = 0.04\n\
+                [[object]]\nname = 'post'\nshape = { kind = 'sphere', radius = 0.05 }\nposition = [0.2, 0, 0.2]\n";
+    let mut solver = solvers::build(&scene(text)).unwrap();
+    let drag = |body: &str, target| Action::Drag {
+        body: body.into(),
+        grip: Vec3::ZERO,
+        target,
+    };
+    solver.apply(&drag("post", Vec3::new(1e6, -1e6, 0.2))).unwrap();
+    solver.advance(2.0).unwrap();
+    let there = pose(&*solver).position;
+    assert!((there - Vec3::new(0.4, -0.5, 0.2)).length() < 1e-3, "{there}");
+    assert!(
+        solver
+            .apply(&drag("cat", Vec3::ZERO))
+            .unwrap_err()
+            .to_string()
+            .contains("cat")
+    );
+    assert!(solver.apply(&drag("post", Vec3::NAN)).is_err());
+}
+
+#[test]
 fn a_recording_keeps_particles_and_what_was_done() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tank.mrec");

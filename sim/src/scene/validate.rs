@@ -380,8 +380,16 @@ fn acted_on(d: &Description, event: &Event, k: usize, report: &mut Report) {
         return;
     };
     let at = format!("event.{k}.body");
-    let free = |o: &Object| o.name == *body && o.motion == Motion::Free;
-    if !d.objects.iter().any(free) && report.usable(&["object", &at]) {
+    let dragged = matches!(event, Event::Drag { .. });
+    let can = |o: &Object| {
+        o.name == *body
+            && if dragged {
+                d.can_drag(o)
+            } else {
+                o.motion == Motion::Free
+            }
+    };
+    if !d.objects.iter().any(can) && report.usable(&["object", &at]) {
         report.at(
             &at,
             format!("there is no free object \"{body}\""),

@@ -12,8 +12,10 @@ use super::complementarity::Buffers;
 use super::settings::{Model, Settings};
 use super::{dfsph, mcg03, viscosity};
 use crate::reduce;
+use crate::stages::Stages;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// Particles that one task of a simple pass takes at least.
 pub(crate) const TASK: usize = 2048;
@@ -85,6 +87,8 @@ pub struct Fluid {
     pub(crate) neighbours: Neighbours,
     pub(crate) work: Work,
     pub(crate) floating: Floating,
+    /// Where the time of steps went since this was cleared.
+    pub(crate) stages: Stages,
     /// The neighbours are those of the present positions.
     fresh: bool,
 }
@@ -105,6 +109,7 @@ impl Fluid {
             neighbours: Neighbours::default(),
             work: Work::default(),
             floating: Floating::default(),
+            stages: Stages::default(),
             fresh: false,
         }
     }
@@ -348,7 +353,9 @@ impl Fluid {
         if self.is_empty() {
             return Stepped::default();
         }
+        let mut clock = Instant::now();
         self.refresh();
+        self.stages.lap("neighbours", &mut clock);
         let n = self.len();
         let mut flow = std::mem::take(&mut self.work.flow);
         flow.clear();
@@ -367,8 +374,11 @@ impl Fluid {
                     .for_each(|v| *v += gravity);
                 stepped.viscous = viscosity::apply(self, dt);
                 self.mirrors.extend_vectors(&mut self.work.flow, n);
+                self.stages.lap("viscosity", &mut clock);
                 dfsph::remove_divergence(self, dt, &mut stepped);
+                self.stages.lap("velocities", &mut clock);
                 dfsph::keep_density(self, dt, &mut stepped);
+                self.stages.lap("displacements", &mut clock);
                 stepped
             }
             Model::Mcg03 => {
@@ -376,6 +386,7 @@ impl Fluid {
                 let (pressure, density) = (&self.particles.pressure, &self.work.density);
                 self.floating
                     .react(mass, |i, gradient| 0.5 * dt * pressure[i] / density[i] * gradient);
+                self.stages.lap("forces", &mut clock);
                 stepped
             }
         };
@@ -385,6 +396,7 @@ impl Fluid {
         }
         self.floating.tell(&mut self.boundary);
         self.move_on(dt);
+        self.stages.lap("motion", &mut clock);
         stepped
     }
 

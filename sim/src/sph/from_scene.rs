@@ -5,6 +5,7 @@ use super::extract::{Extractor, Root};
 use super::floats::Floats;
 use super::fluid::Fluid;
 use super::jets::Jet;
+use super::led::Led;
 use super::obstacle::Obstacle;
 use super::settings::{Model, Settings};
 use super::solver::Sph;
@@ -74,7 +75,7 @@ impl Sph {
             open: boundary.walls.contains(&false) && boundary.outline == Outline::Box,
             fluid: Fluid::new(settings, boundary),
             all_droplets: parameters.droplets == SphDroplets::All,
-            objects: scene.description.objects.clone(),
+            led: Led::new(scene.description.objects.clone()),
             floats,
             turns: turns(parameters),
             jets: parameters

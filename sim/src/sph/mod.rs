@@ -24,6 +24,7 @@ mod fluid;
 mod from_scene;
 mod jets;
 mod kernel;
+mod led;
 mod mcg03;
 mod mirrors;
 mod neighbours;

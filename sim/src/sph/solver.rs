@@ -5,14 +5,16 @@ use super::extract::Extractor;
 use super::floats::Floats;
 use super::fluid::Fluid;
 use super::jets::{self, Jet};
+use super::led::Led;
 use super::{actions, covered};
 use crate::events::{Action, EventError};
 use crate::frame::{Channels, Frame};
 use crate::grid::{Grid, GridSpec};
-use crate::scene::description::{self, Drain, Motion, Object, Tilt};
+use crate::scene::description::{Drain, Tilt};
 use crate::solver::{Solver, StepError, StepReport};
 use glam::{Vec2, Vec3};
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 /// Water in a tank as particles.
 pub struct Sph {
@@ -21,7 +23,7 @@ pub struct Sph {
     pub(super) ground: Grid<f32>,
     pub(super) extractor: Mutex<Extractor>,
     pub(super) all_droplets: bool,
-    pub(super) objects: Vec<Object>,
+    pub(super) led: Led,
     pub(super) floats: Floats,
     /// Gravity by time, the earliest first; never empty.
     pub(super) turns: Vec<Tilt>,
@@ -47,24 +49,26 @@ impl Sph {
         self.fluid.set_gravity(gravity);
     }
 
-    /// Drags object `k` of the scene, one that the water does not move, to `position` within the next `duration` seconds, in
-    /// place of its own motion. Returns whether there is such an object.
-    pub fn drag(&mut self, k: usize, position: Vec3, duration: f64) -> bool {
-        let Some(object) = self.objects.get_mut(k).filter(|o| o.motion != Motion::Free) else {
+    /// Drags an obstacle that the water does not move, within the tank and as far above and below it as that is wide, or lets it
+    /// go. Returns whether there is such an obstacle.
+    fn lead(&mut self, action: &Action) -> bool {
+        let Some(k) = action.body().and_then(|name| self.led.find(name)) else {
             return false;
         };
-        let pose = object.pose_at(self.time);
-        let point = |time, position| description::WayPoint {
-            time,
-            position,
-            rotation: pose.rotation,
-        };
-        object.motion = Motion::Path {
-            points: vec![
-                point(self.time, pose.position),
-                point(self.time + duration.max(1e-6), position),
-            ],
-        };
+        match action {
+            Action::Drag { grip, target, .. } => {
+                let (low, high) = (self.spec.origin, self.spec.origin + self.spec.extent());
+                let (bottom, top) = self.ground.range();
+                let reach = (high - low).max_element();
+                let target = target.clamp(
+                    Vec3::new(low.x, bottom - reach, low.y),
+                    Vec3::new(high.x, top + reach, high.y),
+                );
+                self.led.drag(k, *grip, target, self.time);
+            }
+            Action::Release { .. } => self.led.release(k, self.time),
+            _ => return false,
+        }
         true
     }
 
@@ -84,9 +88,9 @@ impl Sph {
     /// Puts the obstacles that the water does not move where they are at `time`.
     fn place_obstacles(&mut self, time: f64) {
         let obstacles = self.fluid.boundary_mut().obstacles.iter_mut();
-        for (obstacle, object) in obstacles.zip(&self.objects) {
-            if object.motion != Motion::Free {
-                obstacle.pose = object.pose_at(time);
+        for (obstacle, pose) in obstacles.zip(self.led.poses_at(time)) {
+            if let Some(pose) = pose {
+                obstacle.pose = pose;
             }
         }
     }
@@ -166,8 +170,12 @@ impl Solver for Sph {
     }
 
     fn offers(&self) -> Channels {
-        let moving = self.objects.iter().any(|o| o.motion != Motion::Fixed);
-        let bodies = if moving { Channels::BODIES } else { Channels::NONE };
+        // A hand may move any of them.
+        let bodies = if self.led.is_empty() {
+            Channels::NONE
+        } else {
+            Channels::BODIES
+        };
         Channels::DEPTH | Channels::VELOCITY | Channels::DROPLETS | Channels::PARTICLES | bodies
     }
 
@@ -178,6 +186,7 @@ impl Solver for Sph {
         let mut steps = 0_u64;
         let (mut courant, mut stalls) = (0.0_f64, 0);
         let clamped = self.floats.clamps();
+        self.fluid.stages.clear();
         while done < dt {
             self.place_obstacles(self.time);
             let left = dt - done;
@@ -193,18 +202,22 @@ impl Solver for Sph {
                 });
             }
             let step = left / needed;
+            let mut clock = Instant::now();
             for jet in &mut self.jets {
                 jet.pour(&mut self.fluid, self.time, step);
             }
             self.fluid.set_gravity(self.gravity_at(self.time));
+            self.fluid.stages.lap("pouring", &mut clock);
             self.floats.begin(&mut self.fluid, step);
             let stepped = self.fluid.step(step as f32);
             stalls += u64::from(stepped.stalled);
             courant = courant
                 .max(f64::from(self.fluid.fastest()) * step / f64::from(self.fluid.settings().spacing));
-            let (objects, end) = (&self.objects, self.time + step);
+            let (led, end) = (&self.led, self.time + step);
+            let mut clock = Instant::now();
             self.floats
-                .follow(&mut self.fluid, |k| objects[k].pose_at(end), self.time, step)?;
+                .follow(&mut self.fluid, |k| led.pose_at(k, end), self.time, step)?;
+            self.fluid.stages.lap("bodies", &mut clock);
             done = if needed <= 1.0 { dt } else { done + step };
             self.time = start + done;
             steps += 1;
@@ -217,6 +230,7 @@ impl Solver for Sph {
                 self.fluid
                     .remove(|p| p.x < low.x || p.z < low.y || p.x > high.x || p.z > high.y);
             }
+            self.fluid.stages.lap("pouring", &mut clock);
         }
         self.place_obstacles(self.time);
         Ok(StepReport {
@@ -267,6 +281,9 @@ impl Solver for Sph {
             }
             _ if action.is_on_body() => {
                 action.check()?;
+                if self.lead(action) {
+                    return Ok(());
+                }
                 let none = || EventError::NoBody {
                     action: action.name(),
                     body: action.body().unwrap_or_default().to_owned(),
@@ -303,6 +320,10 @@ impl Solver for Sph {
             froude: 0.0,
             clamps: 0,
         }
+    }
+
+    fn stages(&self) -> &[(&'static str, f64)] {
+        self.fluid.stages.as_slice()
     }
 
     fn bytes(&self) -> u64 {

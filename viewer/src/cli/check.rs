@@ -104,9 +104,9 @@ fn examine(scene: &Scene, console: &Console) -> Result<Facet, Failure> {
     let frames = live::frame_count(scene, scene.description.duration);
     let frame_bytes = active
         .clone()
-        .map(|choice| channel_bytes(scene, choice.channel))
+        .map(|choice| channel_bytes(scene, solver.as_ref(), choice.channel))
         .sum::<u64>()
-        + channel_bytes(scene, Channels::NONE);
+        + channel_bytes(scene, solver.as_ref(), Channels::NONE);
     let step = solver.report().largest_stable_step;
     Ok(Facet {
         name: scene.description.name.clone(),

@@ -6,7 +6,8 @@ use super::failure::Failure;
 use super::format::{self, Align, Table};
 use super::{input, live};
 use clap::Args;
-use meniscus_sim::{Channels, Scene, Solver};
+use meniscus_sim::glam::Vec3;
+use meniscus_sim::{Channels, Frame, Scene, Solver};
 use serde::Serialize;
 
 /// What `meniscus help plan` says first.
@@ -219,7 +220,7 @@ fn channel_items(
         part: Part::Channel,
         name: "elevation".into(),
         reason: "in every frame".into(),
-        bytes: channel_bytes(scene, Channels::NONE),
+        bytes: channel_bytes(scene, solver, Channels::NONE),
     };
     let choices = live::choose_channels(scene, live::offers(scene, solver), renderer);
     let optional = choices.into_iter().map(|choice| {
@@ -228,7 +229,7 @@ fn channel_items(
             name: choice.name.into(),
             reason: choice.reason,
             bytes: if choice.active {
-                channel_bytes(scene, choice.channel)
+                channel_bytes(scene, solver, choice.channel)
             } else {
                 0
             },
@@ -238,12 +239,19 @@ fn channel_items(
     std::iter::once((true, elevation)).chain(optional).collect()
 }
 
-/// Bytes of a channel in one frame; [`Channels::NONE`] stands for the elevation. Droplets and particles come and go, and count once
-/// there are some.
-pub(super) fn channel_bytes(scene: &Scene, channel: Channels) -> u64 {
+/// Bytes of a channel in the first frame; [`Channels::NONE`] stands for the elevation.
+pub(super) fn channel_bytes(scene: &Scene, solver: &dyn Solver, channel: Channels) -> u64 {
     let samples = scene.grid.len() as u64;
     match channel {
-        Channels::DROPLETS | Channels::PARTICLES => 0,
+        // Their number is known of a frame alone.
+        Channels::DROPLETS | Channels::PARTICLES => {
+            let mut frame = Frame::new(scene.grid);
+            solver.extract(channel, &mut frame);
+            let lists = [&frame.droplets, &frame.particles].into_iter().flatten();
+            lists
+                .map(|list| (list.len() * (2 * size_of::<Vec3>() + size_of::<f32>())) as u64)
+                .sum()
+        }
         Channels::BODIES => (scene.description.objects.len() * size_of::<meniscus_sim::BodyPose>()) as u64,
         Channels::VELOCITY | Channels::DISPLACEMENT => 8 * samples,
         _ => 4 * samples,

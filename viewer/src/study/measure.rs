@@ -78,14 +78,14 @@ impl Probe {
 
 /// CPU seconds of this process so far, user and system, all threads.
 #[cfg(unix)]
-pub(crate) fn process_cpu_seconds() -> Option<f64> {
+pub fn process_cpu_seconds() -> Option<f64> {
     let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9)
 }
 
 /// CPU seconds of this process so far: not known on this system.
 #[cfg(not(unix))]
-pub(crate) fn process_cpu_seconds() -> Option<f64> {
+pub fn process_cpu_seconds() -> Option<f64> {
     None
 }
 

@@ -222,6 +222,26 @@ fn a_plan_lists_what_the_scene_does_need() {
 }
 
 #[test]
+fn a_plan_counts_particles() {
+    let folder = Folder::new();
+    // 20 by 10 by 5 particles.
+    folder.write(
+        "scene.toml",
+        "name = \"tank\"\ndomain = { size = [0.8, 0.4] }\nterrain = { kind = \"flat\", height = -0.2 }\n\
+         solver = { kind = \"sph\", spacing = 0.02, particle = 0.04 }\n\
+         recording = { channels = [\"particles\", \"droplets\"] }\n",
+    );
+    let plan = folder.run(["plan", "scene.toml", "--json"]).exits(0).json();
+    let runs = plan["runs"].as_array().unwrap();
+    let bytes = |name: &str| runs.iter().find(|i| i["name"] == name).unwrap()["bytes"].as_u64();
+    assert_eq!(
+        (bytes("particles"), bytes("droplets")),
+        (Some(1000 * 28), Some(0)),
+        "{plan:#}"
+    );
+}
+
+#[test]
 fn a_check_sums_up_without_running() {
     let folder = Folder::with_scene();
     let report = folder.run(["check", "scene.toml", "--json"]).exits(0).json();

@@ -42,7 +42,7 @@ pub enum Event {
         /// Change of velocity at the centre in m/s.
         velocity: Vec2,
     },
-    /// A hand that holds a free object and pulls it along a line, then lets go.
+    /// A hand that holds a free object (in particles, any object) and pulls it along a line, then lets go.
     Drag {
         /// First moment, seconds.
         start: f64,

@@ -76,6 +76,13 @@ pub enum Shape {
     },
 }
 
+impl super::Description {
+    /// Whether a hand can drag this object of the scene: a free one, or in particles any, for they feel whatever moves.
+    pub fn can_drag(&self, object: &Object) -> bool {
+        object.motion == Motion::Free || matches!(self.solver, super::Solver::Sph(_))
+    }
+}
+
 /// How an object moves.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]

@@ -1,7 +1,7 @@
 //! Where a ray of the view meets the water or a body.
 
 use meniscus_sim::glam::{DVec3, Vec2, Vec3};
-use meniscus_sim::scene::description::{Motion, Shape};
+use meniscus_sim::scene::description::Shape;
 use meniscus_sim::{Frame, Scene};
 
 /// Steps of the search for the surface.
@@ -34,7 +34,7 @@ pub fn water(frame: &Frame, eye: DVec3, direction: DVec3) -> Option<Vec3> {
     (off.min_element() >= 0.0 && off.cmple(spec.extent()).all()).then_some(p)
 }
 
-/// A free body that a ray meets.
+/// A body that a hand can drag, where a ray meets it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
     /// Its name.
@@ -45,12 +45,12 @@ pub struct Held {
     pub distance: f64,
 }
 
-/// The first free body that the ray meets, taken as the sphere around it.
+/// The first body that the ray meets and a hand can drag, taken as the sphere around it.
 pub fn body(scene: &Scene, frame: &Frame, eye: DVec3, direction: DVec3) -> Option<Held> {
     let poses = frame.bodies.as_ref()?;
     let objects = scene.description.objects.iter().zip(poses).enumerate();
     let met = objects.filter_map(|(k, (object, pose))| {
-        if !matches!(object.motion, Motion::Free) {
+        if !scene.description.can_drag(object) {
             return None;
         }
         let radius = match &object.shape {

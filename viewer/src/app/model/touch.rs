@@ -20,7 +20,7 @@ pub enum Tool {
     Rain,
     /// It presses the surface down once.
     Press,
-    /// It holds free bodies.
+    /// It holds bodies.
     Drag,
     /// It places the probe.
     Probe,
@@ -34,7 +34,7 @@ impl Tool {
         (Self::Pour, "Pour", "hold to pour water"),
         (Self::Rain, "Rain", "hold to let drops fall"),
         (Self::Press, "Press", "click to press the surface down"),
-        (Self::Drag, "Drag", "drag floating bodies"),
+        (Self::Drag, "Drag", "drag bodies"),
         (Self::Probe, "Probe", "click to plot the elevation there"),
     ];
 
