@@ -96,8 +96,9 @@ impl System<'_> {
         let mut curvature = f64::INFINITY;
         // A guess that will do is left alone: what changes it moves still water.
         let mut within = tolerance * n as f64;
+        let reached = self.share * left;
         while left + spoilt > within && iterations < MOST {
-            within = self.enough * tolerance * n as f64;
+            within = reached.clamp(self.enough[0] * tolerance * n as f64, self.enough[1] * tolerance * n as f64);
             let clip = spoilt > BEARABLE * left;
             let keep = -state.descend(self.gain, clip) / curvature;
             state.turn(keep as f32);
@@ -204,7 +205,11 @@ impl State {
 
     /// Takes the next direction, with a share of the last one.
     fn turn(&mut self, keep: f32) {
-        let tasks = self.direction.par_iter_mut().zip(&self.descent).with_min_len(TASK);
+        let tasks = self
+            .direction
+            .par_iter_mut()
+            .zip(&self.descent)
+            .with_min_len(TASK);
         tasks.for_each(|(s, z)| *s = if *z == 0.0 { 0.0 } else { z + keep * *s });
     }
 
@@ -227,21 +232,23 @@ impl State {
             .zip(self.inverse.par_chunks(TASK))
             .zip(applied.product.par_chunks(TASK))
             .zip(applied.pushed[..self.inverse.len()].par_chunks(TASK));
-        total(tasks.map(|(((((((p, r), product), a), s), inverse), q), pushed)| {
-            let (mut left, mut spoilt) = (0.0, 0.0);
-            for k in 0..p.len() {
-                let (q, pushed) = (&q[k], &pushed[k]);
-                product[k] = q[0];
-                r[k] += along * q[0] + q[1..].iter().sum::<f32>();
-                a[k] += along * pushed[0] + pushed[1..].iter().sum::<Vec4>();
-                p[k] += along * s[k];
-                // Compression that is left, or what a pressure too high opens.
-                let own = p[k] * gain / inverse[k];
-                left += f64::from(r[k].max((-r[k]).min(own.max(0.0))));
-                spoilt += f64::from((-own).max(0.0));
-            }
-            [left, spoilt]
-        }))
+        total(
+            tasks.map(|(((((((p, r), product), a), s), inverse), q), pushed)| {
+                let (mut left, mut spoilt) = (0.0, 0.0);
+                for k in 0..p.len() {
+                    let (q, pushed) = (&q[k], &pushed[k]);
+                    product[k] = q[0];
+                    r[k] += along * q[0] + q[1..].iter().sum::<f32>();
+                    a[k] += along * pushed[0] + pushed[1..].iter().sum::<Vec4>();
+                    p[k] += along * s[k];
+                    // Compression that is left, or what a pressure too high opens.
+                    let own = p[k] * gain / inverse[k];
+                    left += f64::from(r[k].max((-r[k]).min(own.max(0.0))));
+                    spoilt += f64::from((-own).max(0.0));
+                }
+                [left, spoilt]
+            }),
+        )
     }
 }
 

@@ -26,7 +26,7 @@ const GENTLE: f32 = 0.02;
 const LEAST_DIAGONAL: f32 = 0.02;
 /// Share of the tolerance at which the velocities may end: at 0.8, the pressure of still water is off by more than it may.
 /// Displacements need no more than their tolerance.
-const ENOUGH: f64 = 0.6;
+const ENOUGH: [f64; 2] = [0.1, 0.8];
 const CLOSE: f64 = 0.9;
 /// Farthest displacement in particle spacings.
 const FARTHEST: f32 = 0.25;
@@ -120,6 +120,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         gain: dt * dt,
         floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
         enough: ENOUGH,
+        share: 0.15,
     };
     let carried = std::mem::take(&mut work.buffers.carried);
     let besides = |i: usize| (work.local[i].filled - 1.0).min(0.0) - dt * (system.moving(i) + carried.at(i));
@@ -152,7 +153,8 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         corrected: false,
         gain: 1.0,
         floating: None,
-        enough: CLOSE,
+        enough: [CLOSE; 2],
+        share: 1.0,
     };
     let carried = std::mem::take(&mut work.buffers.carried);
     let besides = |i: usize| {

@@ -78,7 +78,11 @@ impl Near<'_> {
     /// Σ `f(neighbour, vector)` over `vectors`, one a pair: even and odd ones apart, so that an addition need not wait for
     /// the one before.
     #[inline]
-    pub(crate) fn sums<const K: usize>(&self, vectors: &[Vec4], f: impl Fn(usize, Vec4) -> [Vec4; K]) -> [Vec4; K] {
+    pub(crate) fn sums<const K: usize>(
+        &self,
+        vectors: &[Vec4],
+        f: impl Fn(usize, Vec4) -> [Vec4; K],
+    ) -> [Vec4; K] {
         let (mut even, mut odd) = ([Vec4::ZERO; K], [Vec4::ZERO; K]);
         let (twos, one) = self.index.as_chunks::<2>();
         let (pairs, last) = vectors.as_chunks::<2>();
@@ -227,7 +231,9 @@ impl Neighbours {
                     partial[1] += second;
                 }
             });
-        partial.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]])
+        partial
+            .iter()
+            .fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]])
     }
 
     pub(crate) fn bytes(&self) -> usize {

@@ -22,8 +22,9 @@ pub(crate) struct System<'a> {
     pub(crate) gain: f32,
     /// Bodies that the pressure accelerates as well, and the mass of a particle in kg.
     pub(crate) floating: Option<(&'a Floating, f64)>,
-    /// Share of the tolerance at which a solution may end.
-    pub(crate) enough: f64,
+    /// Least and largest share of the tolerance at which a solution may end, and the share of what it began with.
+    pub(crate) enough: [f64; 2],
+    pub(crate) share: f64,
 }
 
 /// Pressures of `K` kinds side by side, and what they do.
