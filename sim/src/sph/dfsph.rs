@@ -24,9 +24,9 @@ const SHARE: f32 = 0.5;
 const GENTLE: f32 = 0.02;
 /// Smallest diagonal of the systems, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
-/// Share of the tolerance at which a run of the velocities may end: at a half, still water moves and its pressure is off by
-/// more than it may. Displacements need no more than their tolerance.
-const ENOUGH: f64 = 0.2;
+/// Share of the tolerance at which the velocities may end: at 0.8, the pressure of still water is off by more than it may.
+/// Displacements need no more than their tolerance.
+const ENOUGH: [f64; 2] = [0.1, 0.8];
 const CLOSE: f64 = 0.9;
 /// Farthest displacement in particle spacings.
 const FARTHEST: f32 = 0.25;
@@ -120,15 +120,13 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         gain: dt * dt,
         floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
         enough: ENOUGH,
+        share: 0.15,
     };
-    let (flow, carried) = (&work.flow, &work.buffers.carried);
-    work.buffers.source.resize(n, 0.0);
-    fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
-        (work.local[near.i].filled - 1.0).min(0.0) + dt * rate
-    });
+    let carried = std::mem::take(&mut work.buffers.carried);
+    let besides = |i: usize| (work.local[i].filled - 1.0).min(0.0) - dt * (system.moving(i) + carried.at(i));
     let tolerance = fluid.settings.velocity_tolerance(dt);
-    let (iterations, left) = system.solve(&mut fluid.particles.pressure, &mut work.buffers, tolerance);
+    let guess = &mut fluid.particles.pressure;
+    let (iterations, left) = system.solve(guess, (&work.flow, dt), besides, &mut work.buffers, tolerance);
     work.flow[..n]
         .par_iter_mut()
         .with_min_len(TASK)
@@ -155,16 +153,17 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         corrected: false,
         gain: 1.0,
         floating: None,
-        enough: CLOSE,
+        enough: [CLOSE; 2],
+        share: 1.0,
     };
-    let (flow, carried) = (&work.flow, &work.buffers.carried);
-    fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let over = work.local[near.i].density - 1.0;
-        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
-        (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) + dt * rate
-    });
+    let carried = std::mem::take(&mut work.buffers.carried);
+    let besides = |i: usize| {
+        let over = work.local[i].density - 1.0;
+        (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) - dt * (system.moving(i) + carried.at(i))
+    };
     let tolerance = fluid.settings.density_tolerance;
-    let (iterations, left) = system.solve(&mut fluid.particles.shift, &mut work.buffers, tolerance);
+    let guess = &mut fluid.particles.shift;
+    let (iterations, left) = system.solve(guess, (&work.flow, dt), besides, &mut work.buffers, tolerance);
     let most = FARTHEST * fluid.settings.spacing;
     work.change
         .par_iter_mut()

@@ -12,6 +12,7 @@ mod actions;
 mod boundary;
 pub mod cases;
 mod cells;
+mod complementarity;
 mod correction;
 mod covered;
 mod dfsph;

@@ -1,4 +1,5 @@
-//! Viscosity from water to honey: a central force between particles, explicit where that is stable and else implicit.
+//! Viscosity from water to honey: a central force between particles, explicit where that is stable (`noise` takes it along)
+//! and else implicit.
 //!
 //! a_i = 10 ν Σ_j V (v_ij · x_ij) ∇W / (r² + h²/100) (Monaghan 2005; implicit after Weiler et al. 2018). Forces along the
 //! line of a pair keep linear and angular momentum, and a rigid turn feels none. With the cached gradient g ∥ x the sum
@@ -6,6 +7,7 @@
 //! pull with their own velocity.
 
 use super::fluid::{Fluid, TASK};
+use super::settings::Settings;
 use crate::reduce;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -17,11 +19,15 @@ const TOLERANCE: f64 = 1e-4;
 /// Iterations at most.
 const MOST: u32 = 400;
 
-/// Changes the velocities by the viscous force over `dt`. Returns the iterations of the implicit solution.
+/// Whether a step of `dt` seconds may be explicit: what sticks is pulled too hard for it.
+pub(super) fn explicit(settings: &Settings, dt: f32) -> bool {
+    settings.viscosity * dt <= EXPLICIT * settings.spacing.powi(2) && !settings.sticks
+}
+
+/// Changes the velocities by the viscous force over `dt`, unless [`explicit`] is. Returns the iterations of the solution.
 pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
     let scale = fluid.settings.viscosity * dt;
-    let d = fluid.settings.spacing;
-    if !(scale > 0.0) {
+    if !(scale > 0.0) || explicit(&fluid.settings, dt) {
         return 0;
     }
     let n = fluid.len();
@@ -40,15 +46,6 @@ pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
             *r = scale * (touch.dragged.extend(0.0) - *r);
         });
     fluid.work.residual = residual;
-    if scale <= EXPLICIT * d * d && !fluid.settings.sticks {
-        let change = &fluid.work.residual;
-        fluid.work.flow[..n]
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .zip(change)
-            .for_each(|(v, r)| *v += *r);
-        return 0;
-    }
     conjugate_gradients(fluid, scale)
 }
 
