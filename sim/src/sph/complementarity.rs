@@ -1,6 +1,7 @@
 //! Pressures that push and never pull, for which no particle is compressed: a linear complementarity problem.
 //!
-//! Sought are p ≥ 0 such that r = s + c D a(p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be. Conjugate
+//! Sought are p ≥ 0 such that r = s + c (D a(p) − R p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be and R a
+//! little of what keeps pressures smooth (`pressure`). Conjugate
 //! gradients with the diagonal as preconditioner run on the particles that push, or should. Those that come to pull are let
 //! go when that spoils no longer little beside what is left to solve. That does not end the run: what letting them go
 //! changes is found together with what the next direction does, in one pass over the pairs, and that direction is made
@@ -18,6 +19,9 @@ const MOST: u32 = 300;
 /// What letting go of particles that pull may spoil, over the residual that is left, before it is done. With none, the
 /// directions lose on single particles at the surface what they had gained.
 const BEARABLE: f64 = 0.05;
+/// Share of R that counts for the guess; of the rest only what the pressure has changed by since does, so that what R takes from
+/// the pressure in the long run is less by as much.
+const KEPT: f32 = 0.3;
 
 /// Buffers of the solution.
 #[derive(Debug, Default)]
@@ -95,10 +99,12 @@ impl System<'_> {
         } = work;
         let mut curvature = f64::INFINITY;
         // A guess that will do is left alone: what changes it moves still water.
-        let mut within = tolerance * n as f64;
-        let reached = self.share * left;
+        let all = tolerance * n as f64;
+        let mut within = self.solution.guess * all;
+        let [least, most] = self.solution.enough.map(|share| share * all);
+        let enough = (self.solution.share * left).clamp(least, most);
         while left + spoilt > within && iterations < MOST {
-            within = reached.clamp(self.enough[0] * tolerance * n as f64, self.enough[1] * tolerance * n as f64);
+            within = enough;
             let clip = spoilt > BEARABLE * left;
             let keep = -state.descend(self.gain, clip) / curvature;
             state.turn(keep as f32);
@@ -153,7 +159,9 @@ impl System<'_> {
         // The flow and what the guess makes of it compress together, in one pass.
         let both = one.pushed.iter().zip(flow);
         work.moved.clear();
-        work.moved.extend(both.map(|(a, v)| self.gain * a[0] + dt * *v));
+        let own = Vec4::ONE.with_w(KEPT) * self.gain;
+        work.moved
+            .extend(both.map(|(a, v)| own * a[0] + dt * v.with_w(0.0)));
         let (moved, carried) = (&work.moved, &one.carried[0]);
         one.product.resize(n, [0.0]);
         self.neighbours.map(&mut one.product, |near| {

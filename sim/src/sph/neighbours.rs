@@ -166,12 +166,12 @@ impl Neighbours {
     }
 
     /// Gives each pair two vectors more, `f(particle, neighbour, pair)`, and writes to `out` what `finish` makes of a
-    /// particle and the sums of the squares of its pairs and of the first of these vectors.
+    /// particle and the sums of the squares of its pairs and of the first of these vectors, and of the values beside g.
     pub(crate) fn pair_with<T: Send>(
         &mut self,
         f: impl Fn(usize, usize, Vec4) -> [Vec4; 2] + Sync,
         out: &mut [T],
-        finish: impl Fn(usize, [f32; 2]) -> T + Sync,
+        finish: impl Fn(usize, [f32; 3]) -> T + Sync,
     ) {
         let blocks = self.blocks.par_iter_mut().zip(out.par_chunks_mut(BLOCK));
         blocks.enumerate().for_each(|(b, (block, out))| {
@@ -180,7 +180,7 @@ impl Neighbours {
             for (k, out) in out.iter_mut().enumerate() {
                 let i = b * BLOCK + k;
                 let range = block.start[k] as usize..block.start[k + 1] as usize;
-                let (mut plain, mut square) = (Vec4::ZERO, Vec4::ZERO);
+                let (mut plain, mut square, mut beside) = (Vec4::ZERO, Vec4::ZERO, 0.0);
                 let own = block.own[range.clone()]
                     .iter_mut()
                     .zip(&mut block.other[range.clone()]);
@@ -189,8 +189,10 @@ impl Neighbours {
                     [*own, *other] = f(i, j as usize, g);
                     plain += g * g;
                     square += *own * *own;
+                    beside += g.w;
                 }
-                *out = finish(i, [plain, square].map(|s| s.truncate().element_sum()));
+                let [plain, square] = [plain, square].map(|s| s.truncate().element_sum());
+                *out = finish(i, [plain, square, beside]);
             }
         });
     }

@@ -52,6 +52,7 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     } else {
         0.0
     };
+    let soft = viscosity::soft(&fluid.kernel);
     let (gradient, place, mirrors) = (&work.gradient, &work.place, &fluid.mirrors);
     fluid.neighbours.map(&mut work.change, |near| {
         let i = near.i;
@@ -71,7 +72,8 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
             let rest = difference - linear;
             let viscosity = (STRENGTH * d * (fall + rest.length())).min(most);
             let braked = viscosity * rest + viscous * difference;
-            sum -= (pair.w * braked.dot(pair)) * pair;
+            let weight = viscosity::weight(pair, 4.0 * x.length_squared(), soft);
+            sum -= (weight * braked.dot(pair)) * pair;
         }
         (dt * sum.truncate()).extend(0.0)
     });

@@ -2,6 +2,11 @@
 //!
 //! With D the rate of compression, pressures p accelerate particles by a(p) = −Dᵀ p, so that c D a(p) = −c D Dᵀ p is what
 //! they take from the compression, symmetric and never positive. `complementarity` looks for the pressures.
+//!
+//! Pressures that change from one particle to the next push hardly anything, so that D Dᵀ says little of them, and what it says
+//! is mostly how the particles happen to lie. A small share of R p = Σ_j F_ij (p_i − p_j) is added to it, with g = −F x: of smooth
+//! pressures that is half of what D Dᵀ makes of them, whatever their length, nothing of linear ones, but much of
+//! those. It is symmetric and never negative as well, and costs nothing: it goes along as the fourth component of vectors.
 
 use super::boundary::Touch;
 use super::correction::Local;
@@ -22,6 +27,16 @@ pub(crate) struct System<'a> {
     pub(crate) gain: f32,
     /// Bodies that the pressure accelerates as well, and the mass of a particle in kg.
     pub(crate) floating: Option<(&'a Floating, f64)>,
+    pub(crate) solution: Solution,
+}
+
+/// What is solved, and how exactly.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solution {
+    /// The share of R.
+    pub(crate) firm: f32,
+    /// Share of the tolerance that a guess may leave and be kept.
+    pub(crate) guess: f64,
     /// Least and largest share of the tolerance at which a solution may end, and the share of what it began with.
     pub(crate) enough: [f64; 2],
     pub(crate) share: f64,
@@ -32,7 +47,7 @@ pub(crate) struct System<'a> {
 pub(crate) struct Applied<const K: usize> {
     /// With images.
     pub(crate) pressure: Vec<[f32; K]>,
-    /// Their accelerations, with images.
+    /// Their accelerations, with images, and minus the share of R times the pressure.
     pub(crate) pushed: Vec<[Vec4; K]>,
     /// c D a: what they add to the compression.
     pub(crate) product: Vec<[f32; K]>,
@@ -80,7 +95,7 @@ impl System<'_> {
         self.local.len()
     }
 
-    /// Rates of compression of particle `near.i` in several fields, walls at rest.
+    /// Rates of compression of particle `near.i` in several fields, walls at rest, less R of their fourth components.
     #[inline]
     pub(crate) fn rates<const K: usize>(&self, near: &Near<'_>, v: &[[Vec4; K]]) -> [f32; K] {
         let own = v[near.i];
@@ -94,7 +109,7 @@ impl System<'_> {
             let other = v[j];
             std::array::from_fn(|k| (own[k] - other[k]) * g)
         });
-        std::array::from_fn(|k| sums[k].truncate().element_sum() + own[k].dot(wall))
+        std::array::from_fn(|k| sums[k].element_sum() + own[k].dot(wall))
     }
 
     /// The same in one.
@@ -146,7 +161,7 @@ impl System<'_> {
                 (near.pair, local.sum.extend(0.0))
             };
             let others = near.sums(gradients, |j, g| p[j].map(|p| p * g));
-            let all = |k: usize| (-others[k] - own[k] * sum).truncate().extend(0.0);
+            let all = |k: usize| (-others[k] - own[k] * sum).with_w(-self.solution.firm * own[k]);
             std::array::from_fn(all)
         });
         self.mirrors
@@ -171,12 +186,17 @@ impl System<'_> {
     }
 }
 
-/// Inverse of the diagonal of D Dᵀ, m², with L and without, from the sums of the squares of g and of L g; `least` bounds
-/// the diagonal from below.
-pub(crate) fn inverse_diagonal([plain, corrected]: [f32; 2], local: &Local, least: f32) -> [f32; 2] {
+/// Inverse of the diagonals, m², with L and without, from the sums of the squares of g and of L g and the sum of F; `firm` are
+/// the shares of R, without L and with it, and `least` bounds the diagonals from below.
+pub(crate) fn inverse_diagonal(
+    [plain, corrected, beside]: [f32; 3],
+    local: &Local,
+    firm: [f32; 2],
+    least: f32,
+) -> [f32; 2] {
     let sum = local.correct(local.sum.extend(0.0));
     [
-        1.0 / (corrected + sum.length_squared()).max(least),
-        1.0 / (plain + local.sum.length_squared()).max(least),
+        1.0 / (corrected + sum.length_squared() + firm[1] * beside).max(least),
+        1.0 / (plain + local.sum.length_squared() + firm[0] * beside).max(least),
     ]
 }
