@@ -48,7 +48,7 @@ pub(crate) fn rows(mut m: [Vec4; 3], touch: &Touch) -> [Vec4; 3] {
     m[2] -= n.z * touch.gradient.extend(0.0);
     let m = Mat3::from_cols(m[0].truncate(), m[1].truncate(), m[2].truncate());
     let m = 0.5 * (m + m.transpose());
-    let lift = (LEAST - least_eigenvalue(&m)).max(0.0);
+    let lift = (LEAST - least_eigenvalue(&m, LEAST)).max(0.0);
     let inverse = (m + Mat3::from_diagonal(Vec3::splat(lift))).inverse();
     let inverse = if inverse.is_finite() {
         inverse
@@ -62,8 +62,9 @@ pub(crate) fn rows(mut m: [Vec4; 3], touch: &Touch) -> [Vec4; 3] {
     ]
 }
 
-/// Smallest eigenvalue of a symmetric matrix (trigonometric solution of the cubic, Smith 1961).
-fn least_eigenvalue(m: &Mat3) -> f32 {
+/// Smallest eigenvalue of a symmetric matrix (trigonometric solution of the cubic, Smith 1961), or a bound from below that is
+/// above `enough`.
+fn least_eigenvalue(m: &Mat3, enough: f32) -> f32 {
     let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
     let rest = *m - Mat3::from_diagonal(Vec3::splat(mean));
     let square: f32 = [rest.x_axis, rest.y_axis, rest.z_axis]
@@ -71,8 +72,9 @@ fn least_eigenvalue(m: &Mat3) -> f32 {
         .map(|c| c.length_squared())
         .sum();
     let size = (square / 6.0).sqrt();
-    if !(size > 1e-9) {
-        return mean;
+    let bound = mean - 2.0 * size;
+    if !(size > 1e-9) || bound > enough {
+        return bound;
     }
     let half = (0.5 * rest.determinant() / size.powi(3)).clamp(-1.0, 1.0);
     mean + 2.0 * size * (half.acos() / 3.0 + std::f32::consts::TAU / 3.0).cos()
@@ -93,9 +95,11 @@ mod tests {
         ] {
             let m = turn * Mat3::from_diagonal(values) * turn.transpose();
             assert!(
-                (least_eigenvalue(&m) - values.min_element()).abs() < 1e-3,
+                (least_eigenvalue(&m, f32::INFINITY) - values.min_element()).abs() < 1e-3,
                 "{values}"
             );
+            let bound = least_eigenvalue(&m, 0.3);
+            assert_eq!(bound > 0.3, values == Vec3::ONE, "{values}");
         }
     }
 }

@@ -15,7 +15,7 @@ use super::correction::{self, Local};
 use super::fluid::{Fluid, Stepped, TASK};
 use super::kernel::CubicSpline;
 use super::neighbours::Shape;
-use super::pressure::{System, inverse_diagonal};
+use super::pressure::{Solution, System, inverse_diagonal};
 use rayon::prelude::*;
 
 /// Share of the compression that a step removes, and the most that it does: particles put inside each other move apart
@@ -24,10 +24,19 @@ const SHARE: f32 = 0.5;
 const GENTLE: f32 = 0.02;
 /// Smallest diagonal of the systems, times the spacing squared.
 const LEAST_DIAGONAL: f32 = 0.02;
-/// Share of the tolerance at which a run of the velocities may end: at a half, still water moves and its pressure is off by
-/// more than it may. Displacements need no more than their tolerance.
-const ENOUGH: f64 = 0.2;
-const CLOSE: f64 = 0.9;
+/// How exactly velocities are solved for, which decides how still water stands, and how displacements are.
+const VELOCITIES: Solution = Solution {
+    firm: 0.02,
+    guess: 0.3,
+    enough: [0.15, 0.8],
+    share: 0.25,
+};
+const SHIFTS: Solution = Solution {
+    firm: 0.005,
+    guess: 0.3,
+    enough: [0.9; 2],
+    share: 1.0,
+};
 /// Farthest displacement in particle spacings.
 const FARTHEST: f32 = 0.25;
 
@@ -36,11 +45,9 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     let d = fluid.settings.spacing;
     let volume = d * d * d;
     let kernel = fluid.kernel;
-    let soft = 0.01 * kernel.support() * kernel.support();
     let shape = Pair {
         kernel,
         volume,
-        soft,
         least: (1e-3 * d).powi(2),
     };
     let (n, work) = (fluid.particles.position.len(), &mut fluid.work);
@@ -74,10 +81,10 @@ pub(super) fn prepare(fluid: &mut Fluid) {
                 let sign = sign.extend(0.0);
                 sign * local[source].correct(sign * g)
             };
-            [own, other]
+            [own.with_w(g.w), other]
         },
         &mut work.inverse,
-        |i, squares| inverse_diagonal(squares, &local[i], least),
+        |i, sums| inverse_diagonal(sums, &local[i], [SHIFTS.firm, VELOCITIES.firm], least),
     );
     for ((local, inverse), density) in work.local.iter_mut().zip(&work.inverse).zip(&mut work.density) {
         local.inverse = *inverse;
@@ -85,12 +92,11 @@ pub(super) fn prepare(fluid: &mut Fluid) {
     }
 }
 
-/// What the solvers need of a pair. The value beside g is the weight of the viscous force (see `viscosity`).
+/// What the solvers need of a pair. The value beside g = −F x is F, 1/m².
 #[derive(Clone, Copy)]
 struct Pair {
     kernel: CubicSpline,
     volume: f32,
-    soft: f32,
     /// Squared distance below which the kernel is flat.
     least: f32,
 }
@@ -100,8 +106,7 @@ impl Shape for Pair {
     fn of(&self, square: f32) -> [f32; 3] {
         let r = square.max(self.least).sqrt();
         let factor = self.volume * self.kernel.gradient_factor(r);
-        let weight = 10.0 / ((-factor).max(1e-20) * (square + self.soft));
-        [factor, weight, self.volume * self.kernel.at(r)]
+        [factor, -factor, self.volume * self.kernel.at(r)]
     }
 }
 
@@ -119,21 +124,18 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         corrected: true,
         gain: dt * dt,
         floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
-        enough: ENOUGH,
+        solution: VELOCITIES,
     };
-    let (flow, carried) = (&work.flow, &work.buffers.carried);
-    work.buffers.source.resize(n, 0.0);
-    fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
-        (work.local[near.i].filled - 1.0).min(0.0) + dt * rate
-    });
+    let carried = std::mem::take(&mut work.buffers.carried);
+    let besides = |i: usize| (work.local[i].filled - 1.0).min(0.0) - dt * (system.moving(i) + carried.at(i));
     let tolerance = fluid.settings.velocity_tolerance(dt);
-    let (iterations, left) = system.solve(&mut fluid.particles.pressure, &mut work.buffers, tolerance);
+    let guess = &mut fluid.particles.pressure;
+    let (iterations, left) = system.solve(guess, (&work.flow, dt), besides, &mut work.buffers, tolerance);
     work.flow[..n]
         .par_iter_mut()
         .with_min_len(TASK)
         .zip(&work.buffers.acceleration)
-        .for_each(|(v, a)| *v += dt * *a);
+        .for_each(|(v, a)| *v += dt * a.with_w(0.0));
     fluid.mirrors.extend_vectors(&mut work.flow, n);
     fluid.floating.push(&work.buffers.carried, dt);
     stepped.iterations[1] = iterations;
@@ -155,16 +157,16 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         corrected: false,
         gain: 1.0,
         floating: None,
-        enough: CLOSE,
+        solution: SHIFTS,
     };
-    let (flow, carried) = (&work.flow, &work.buffers.carried);
-    fluid.neighbours.map(&mut work.buffers.source, |near| {
-        let over = work.local[near.i].density - 1.0;
-        let rate = system.rate(&near, flow) - system.moving(near.i) - carried.at(near.i);
-        (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) + dt * rate
-    });
+    let carried = std::mem::take(&mut work.buffers.carried);
+    let besides = |i: usize| {
+        let over = work.local[i].density - 1.0;
+        (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) - dt * (system.moving(i) + carried.at(i))
+    };
     let tolerance = fluid.settings.density_tolerance;
-    let (iterations, left) = system.solve(&mut fluid.particles.shift, &mut work.buffers, tolerance);
+    let guess = &mut fluid.particles.shift;
+    let (iterations, left) = system.solve(guess, (&work.flow, dt), besides, &mut work.buffers, tolerance);
     let most = FARTHEST * fluid.settings.spacing;
     work.change
         .par_iter_mut()

@@ -168,11 +168,17 @@ impl Floating {
 
     /// Accelerations of the bodies by `pressure` (over density, m²/s²) of particles of `mass` kg, and what they take from the
     /// rates of those that are `count`.
-    pub(crate) fn accelerate(&self, pressure: &[f32], mass: f64, count: usize, out: &mut Carried) {
+    pub(crate) fn accelerate(
+        &self,
+        pressure: impl Fn(usize) -> f32,
+        mass: f64,
+        count: usize,
+        out: &mut Carried,
+    ) {
         out.motions.clear();
         out.motions.resize(self.floats.len(), [DVec3::ZERO; 2]);
         for contact in &self.contacts {
-            let force = mass * (pressure[contact.particle] * contact.corrected).as_dvec3();
+            let force = mass * (pressure(contact.particle) * contact.corrected).as_dvec3();
             let [linear, angular] = &mut out.motions[contact.float];
             *linear += force;
             *angular += contact.arm.as_dvec3().cross(force);

@@ -2,13 +2,13 @@
 
 use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
+use super::complementarity::Buffers;
 use super::correction::Local;
 use super::floating::{Float, Floating};
 use super::kernel::{CubicSpline, Muller};
 use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
 use super::noise::{self, Gradient};
-use super::pressure::Buffers;
 use super::settings::{Model, Settings};
 use super::{dfsph, mcg03, viscosity};
 use crate::reduce;

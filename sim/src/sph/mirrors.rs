@@ -122,19 +122,16 @@ impl Mirrors {
 
     /// Vectors of `n` particles, then those of the images.
     pub(crate) fn extend_vectors(&self, values: &mut Vec<Vec4>, n: usize) {
-        values.resize(n + self.len(), Vec4::ZERO);
-        let (own, images) = values.split_at_mut(n);
-        for ((image, &source), sign) in images.iter_mut().zip(&self.source).zip(&self.sign) {
-            *image = own[source as usize] * *sign;
-        }
+        self.extend(values, n, |v, sign| v * sign);
     }
 
-    /// Scalars of `n` particles, then those of the images.
-    pub(crate) fn extend_scalars(&self, values: &mut Vec<f32>, n: usize) {
-        values.resize(n + self.len(), 0.0);
-        let (own, images) = values.split_at_mut(n);
-        for (image, &source) in images.iter_mut().zip(&self.source) {
-            *image = own[source as usize];
+    /// Values of `n` particles, then those of the images: what `image` makes of them and of the image's signs.
+    pub(crate) fn extend<T: Copy>(&self, values: &mut Vec<T>, n: usize, image: impl Fn(T, Vec4) -> T) {
+        values.truncate(n);
+        values.reserve(self.len());
+        for (&source, sign) in self.source.iter().zip(&self.sign) {
+            let value = image(values[source as usize], *sign);
+            values.push(value);
         }
     }
 

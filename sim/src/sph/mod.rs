@@ -14,6 +14,7 @@ mod boundary;
 mod candidates;
 pub mod cases;
 mod cells;
+mod complementarity;
 mod correction;
 mod covered;
 mod crossing;

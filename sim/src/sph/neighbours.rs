@@ -78,18 +78,28 @@ impl Near<'_> {
     /// Σ `f(neighbour, vector)` over `vectors`, one a pair: even and odd ones apart, so that an addition need not wait for
     /// the one before.
     #[inline]
-    pub(crate) fn sum(&self, vectors: &[Vec4], f: impl Fn(usize, Vec4) -> Vec4) -> Vec4 {
-        let (mut even, mut odd) = (Vec4::ZERO, Vec4::ZERO);
+    pub(crate) fn sums<const K: usize>(
+        &self,
+        vectors: &[Vec4],
+        f: impl Fn(usize, Vec4) -> [Vec4; K],
+    ) -> [Vec4; K] {
+        let (mut even, mut odd) = ([Vec4::ZERO; K], [Vec4::ZERO; K]);
         let (twos, one) = self.index.as_chunks::<2>();
         let (pairs, last) = vectors.as_chunks::<2>();
+        let add = |to: &mut [Vec4; K], j: u32, g: Vec4| {
+            let values = f(j as usize, g);
+            for k in 0..K {
+                to[k] += values[k];
+            }
+        };
         for (j, g) in twos.iter().zip(pairs) {
-            even += f(j[0] as usize, g[0]);
-            odd += f(j[1] as usize, g[1]);
+            add(&mut even, j[0], g[0]);
+            add(&mut odd, j[1], g[1]);
         }
         if let (Some(&j), Some(&g)) = (one.first(), last.first()) {
-            even += f(j as usize, g);
+            add(&mut even, j, g);
         }
-        even + odd
+        std::array::from_fn(|k| even[k] + odd[k])
     }
 }
 
@@ -156,12 +166,12 @@ impl Neighbours {
     }
 
     /// Gives each pair two vectors more, `f(particle, neighbour, pair)`, and writes to `out` what `finish` makes of a
-    /// particle and the sums of the squares of its pairs and of the first of these vectors.
+    /// particle and the sums of the squares of its pairs and of the first of these vectors, and of the values beside g.
     pub(crate) fn pair_with<T: Send>(
         &mut self,
         f: impl Fn(usize, usize, Vec4) -> [Vec4; 2] + Sync,
         out: &mut [T],
-        finish: impl Fn(usize, [f32; 2]) -> T + Sync,
+        finish: impl Fn(usize, [f32; 3]) -> T + Sync,
     ) {
         let blocks = self.blocks.par_iter_mut().zip(out.par_chunks_mut(BLOCK));
         blocks.enumerate().for_each(|(b, (block, out))| {
@@ -170,7 +180,7 @@ impl Neighbours {
             for (k, out) in out.iter_mut().enumerate() {
                 let i = b * BLOCK + k;
                 let range = block.start[k] as usize..block.start[k + 1] as usize;
-                let (mut plain, mut square) = (Vec4::ZERO, Vec4::ZERO);
+                let (mut plain, mut square, mut beside) = (Vec4::ZERO, Vec4::ZERO, 0.0);
                 let own = block.own[range.clone()]
                     .iter_mut()
                     .zip(&mut block.other[range.clone()]);
@@ -179,8 +189,10 @@ impl Neighbours {
                     [*own, *other] = f(i, j as usize, g);
                     plain += g * g;
                     square += *own * *own;
+                    beside += g.w;
                 }
-                *out = finish(i, [plain, square].map(|s| s.truncate().element_sum()));
+                let [plain, square] = [plain, square].map(|s| s.truncate().element_sum());
+                *out = finish(i, [plain, square, beside]);
             }
         });
     }
@@ -198,29 +210,32 @@ impl Neighbours {
             });
     }
 
-    /// Writes `f` of every particle to `out` and sums what it says beside: block by block, so that the sum does not
+    /// Writes `f` of every particle to `out` and sums the two values that it says beside: block by block, so that the sum does not
     /// depend on threads. `partial` is work space.
     pub(crate) fn map_sum<T: Send>(
         &self,
         out: &mut [T],
-        partial: &mut Vec<f64>,
-        f: impl Fn(Near<'_>) -> (T, f64) + Sync,
-    ) -> f64 {
-        partial.resize(self.blocks.len(), 0.0);
+        partial: &mut Vec<[f64; 2]>,
+        f: impl Fn(Near<'_>) -> (T, [f64; 2]) + Sync,
+    ) -> [f64; 2] {
+        partial.resize(self.blocks.len(), [0.0; 2]);
         self.blocks
             .par_iter()
             .zip(out.par_chunks_mut(BLOCK))
             .zip(partial.par_iter_mut())
             .enumerate()
             .for_each(|(b, ((block, out), partial))| {
-                *partial = 0.0;
+                *partial = [0.0; 2];
                 for (k, out) in out.iter_mut().enumerate() {
-                    let (value, share) = f(block.near_of(b, k));
+                    let (value, [first, second]) = f(block.near_of(b, k));
                     *out = value;
-                    *partial += share;
+                    partial[0] += first;
+                    partial[1] += second;
                 }
             });
-        partial.iter().sum()
+        partial
+            .iter()
+            .fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]])
     }
 
     pub(crate) fn bytes(&self) -> usize {

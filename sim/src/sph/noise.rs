@@ -4,11 +4,13 @@
 //! compression as it is. The force is that of viscosity along the line of a pair, but acts on what is left of the
 //! difference of velocities when the linear field about both is taken off, v_ij − ½ (∇v_i + ∇v_j) x_ij. Smooth flows are
 //! left alone (a linear one exactly, waves over some ten particles are not damped measurably); opposite forces along the
-//! line of a pair keep linear and angular momentum.
+//! line of a pair keep linear and angular momentum. The viscosity of the water itself, where a step of it may be explicit, acts
+//! on the whole difference in the same pass.
 
 use super::correction::Local;
 use super::fluid::Fluid;
 use super::pressure::differences;
+use super::viscosity;
 use glam::Vec4;
 
 /// The viscosity over the spacing times the speed of what is damped: that a fall of one spacing gives, and the
@@ -28,7 +30,7 @@ impl Gradient {
     }
 }
 
-/// Damps the velocities over `dt` seconds. `fluid.work.flow` holds them with their images, and does after.
+/// Damps the velocities over `dt` seconds, by explicit viscosity as well. `fluid.work.flow` holds them with their images, and does after.
 pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     let n = fluid.len();
     let work = &mut fluid.work;
@@ -45,6 +47,12 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     let d = fluid.settings.spacing;
     let fall = (fluid.settings.gravity.length() * d).sqrt();
     let most = EXPLICIT * d * d / dt;
+    let viscous = if viscosity::explicit(&fluid.settings, dt) {
+        fluid.settings.viscosity
+    } else {
+        0.0
+    };
+    let soft = viscosity::soft(&fluid.kernel);
     let (gradient, place, mirrors) = (&work.gradient, &work.place, &fluid.mirrors);
     fluid.neighbours.map(&mut work.change, |near| {
         let i = near.i;
@@ -60,9 +68,12 @@ pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
                 own.times(x) + sign * gradient[source].times(sign * x)
             };
             // The fourth component is 0, so that of the pair takes no part.
-            let rest = v - flow[j] - linear;
+            let difference = v - flow[j];
+            let rest = difference - linear;
             let viscosity = (STRENGTH * d * (fall + rest.length())).min(most);
-            sum -= (viscosity * pair.w * rest.dot(pair)) * pair;
+            let braked = viscosity * rest + viscous * difference;
+            let weight = viscosity::weight(pair, 4.0 * x.length_squared(), soft);
+            sum -= (weight * braked.dot(pair)) * pair;
         }
         (dt * sum.truncate()).extend(0.0)
     });

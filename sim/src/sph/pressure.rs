@@ -1,28 +1,19 @@
-//! Pressures that push and never pull, for which no particle is compressed: a linear complementarity problem.
+//! What pressures do: the accelerations that they give, and the rates of compression of those.
 //!
-//! Sought are p ≥ 0 such that s + c D a(p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be, D the rate
-//! of compression and a(p) = −Dᵀ p the accelerations of p. The matrix c D Dᵀ is symmetric. Conjugate gradients with the
-//! diagonal as preconditioner run on the particles that push, or should. Those that come to pull are let go, and the set is
-//! taken anew, when what letting them go spoils is no longer little beside what is left to solve. Residuals of both signs
-//! count: a pressure that is too high is an error as well.
+//! With D the rate of compression, pressures p accelerate particles by a(p) = −Dᵀ p, so that c D a(p) = −c D Dᵀ p is what
+//! they take from the compression, symmetric and never positive. `complementarity` looks for the pressures.
+//!
+//! Pressures that change from one particle to the next push hardly anything, so that D Dᵀ says little of them, and what it says
+//! is mostly how the particles happen to lie. A small share of R p = Σ_j F_ij (p_i − p_j) is added to it, with g = −F x: of smooth
+//! pressures that is half of what D Dᵀ makes of them, whatever their length, nothing of linear ones, but much of
+//! those. It is symmetric and never negative as well, and costs nothing: it goes along as the fourth component of vectors.
 
 use super::boundary::Touch;
 use super::correction::Local;
 use super::floating::{Carried, Floating};
-use super::fluid::TASK;
 use super::mirrors::Mirrors;
 use super::neighbours::{Near, Neighbours};
-use crate::reduce;
 use glam::Vec4;
-use rayon::prelude::*;
-
-/// Applications of the matrix at most.
-const MOST: u32 = 300;
-/// What letting go of particles that pull may spoil, over the residual that is left. With none, most runs end at their
-/// first steps on single particles at the surface; from 0.2 on the sets begin to come back and some solutions stall.
-const BEARABLE: f64 = 0.03;
-/// Conjugate directions before the set is taken anew.
-const RUN: u32 = 100;
 
 /// One system: what it sees of the particles.
 pub(crate) struct System<'a> {
@@ -36,39 +27,52 @@ pub(crate) struct System<'a> {
     pub(crate) gain: f32,
     /// Bodies that the pressure accelerates as well, and the mass of a particle in kg.
     pub(crate) floating: Option<(&'a Floating, f64)>,
-    /// Share of the tolerance at which a run may end.
-    pub(crate) enough: f64,
+    pub(crate) solution: Solution,
 }
 
-/// Buffers of the solution; the arrays with images are longer than the particles are many.
-#[derive(Debug, Default)]
-pub(crate) struct Buffers {
-    /// Pressures, with images.
-    pub(crate) pressure: Vec<f32>,
-    /// Accelerations of the pressures, with images.
-    pub(crate) acceleration: Vec<Vec4>,
-    pub(crate) source: Vec<f32>,
-    /// What bodies move with the pressures or directions at hand.
-    pub(crate) carried: Carried,
-    residual: Vec<f32>,
-    direction: Vec<f32>,
-    product: Vec<f32>,
-    weight: Vec<f32>,
-    pushed: Vec<Vec4>,
-    partial: Vec<f64>,
+/// What is solved, and how exactly.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solution {
+    /// The share of R.
+    pub(crate) firm: f32,
+    /// Share of the tolerance that a guess may leave and be kept.
+    pub(crate) guess: f64,
+    /// Least and largest share of the tolerance at which a solution may end, and the share of what it began with.
+    pub(crate) enough: [f64; 2],
+    pub(crate) share: f64,
 }
 
-impl Buffers {
+/// Pressures of `K` kinds side by side, and what they do.
+#[derive(Debug)]
+pub(crate) struct Applied<const K: usize> {
+    /// With images.
+    pub(crate) pressure: Vec<[f32; K]>,
+    /// Their accelerations, with images, and minus the share of R times the pressure.
+    pub(crate) pushed: Vec<[Vec4; K]>,
+    /// c D a: what they add to the compression.
+    pub(crate) product: Vec<[f32; K]>,
+    /// What bodies do.
+    pub(crate) carried: [Carried; K],
+    partial: Vec<[f64; 2]>,
+}
+
+impl<const K: usize> Default for Applied<K> {
+    fn default() -> Self {
+        Self {
+            pressure: Vec::new(),
+            pushed: Vec::new(),
+            product: Vec::new(),
+            carried: [(); K].map(|()| Carried::default()),
+            partial: Vec::new(),
+        }
+    }
+}
+
+impl<const K: usize> Applied<K> {
     pub(crate) fn bytes(&self) -> usize {
-        4 * (self.pressure.capacity()
-            + self.source.capacity()
-            + self.residual.capacity()
-            + self.direction.capacity()
-            + self.product.capacity()
-            + self.weight.capacity())
-            + 16 * (self.acceleration.capacity() + self.pushed.capacity())
-            + 8 * self.partial.capacity()
-            + self.carried.bytes()
+        K * (4 * (self.pressure.capacity() + self.product.capacity()) + 16 * self.pushed.capacity())
+            + 16 * self.partial.capacity()
+            + self.carried.iter().map(Carried::bytes).sum::<usize>()
     }
 }
 
@@ -87,22 +91,31 @@ pub(crate) fn differences(near: &Near<'_>, v: &[Vec4]) -> [Vec4; 3] {
 }
 
 impl System<'_> {
-    fn n(&self) -> usize {
+    pub(crate) fn n(&self) -> usize {
         self.local.len()
     }
 
-    /// Rate of compression of particle `near.i` in the field `v`, walls at rest.
+    /// Rates of compression of particle `near.i` in several fields, walls at rest, less R of their fourth components.
     #[inline]
-    pub(crate) fn rate(&self, near: &Near<'_>, v: &[Vec4]) -> f32 {
+    pub(crate) fn rates<const K: usize>(&self, near: &Near<'_>, v: &[[Vec4; K]]) -> [f32; K] {
         let own = v[near.i];
-        let wall = self.touch[near.i].gradient;
+        let wall = self.touch[near.i].gradient.extend(0.0);
         let (gradients, wall) = if self.corrected {
-            (near.own, self.local[near.i].correct(wall.extend(0.0)).truncate())
+            (near.own, self.local[near.i].correct(wall))
         } else {
             (near.pair, wall)
         };
-        let sum = near.sum(gradients, |j, g| (own - v[j]) * g);
-        sum.truncate().element_sum() + own.truncate().dot(wall)
+        let sums: [Vec4; K] = near.sums(gradients, |j, g| {
+            let other = v[j];
+            std::array::from_fn(|k| (own[k] - other[k]) * g)
+        });
+        std::array::from_fn(|k| sums[k].element_sum() + own[k].dot(wall))
+    }
+
+    /// The same in one.
+    #[inline]
+    pub(crate) fn rate(&self, near: &Near<'_>, v: &[Vec4]) -> f32 {
+        self.rates::<1>(near, v.as_chunks().0)[0]
     }
 
     /// What the motion of walls takes from [`Self::rate`].
@@ -117,149 +130,73 @@ impl System<'_> {
         }
     }
 
-    /// Accelerations of `pressure`, both with images, and of bodies.
-    fn accelerate(&self, pressure: &mut Vec<f32>, out: &mut Vec<Vec4>, carried: &mut Carried) {
+    /// Finds what `applied.pressure` does. Returns the sums over the particles of what `sums` says of each and its product.
+    pub(crate) fn apply<const K: usize>(
+        &self,
+        applied: &mut Applied<K>,
+        sums: impl Fn(usize, [f32; K]) -> [f64; 2] + Sync,
+    ) -> [f64; 2] {
+        self.accelerate(applied);
+        let (pushed, carried) = (&applied.pushed, &applied.carried);
+        let (product, partial) = (&mut applied.product, &mut applied.partial);
+        self.neighbours.map_sum(product, partial, |near| {
+            let rates = self.rates(&near, pushed);
+            let product = std::array::from_fn(|k| self.gain * (rates[k] - carried[k].at(near.i)));
+            (product, sums(near.i, product))
+        })
+    }
+
+    /// Finds the accelerations of `applied.pressure`.
+    pub(crate) fn accelerate<const K: usize>(&self, applied: &mut Applied<K>) {
         let n = self.n();
-        self.mirrors.extend_scalars(pressure, n);
-        out.resize(n + self.mirrors.len(), Vec4::ZERO);
-        let p: &[f32] = pressure;
-        self.neighbours.map(&mut out[..n], |near| {
+        self.mirrors.extend(&mut applied.pressure, n, |p, _| p);
+        applied.pushed.resize(n + self.mirrors.len(), [Vec4::ZERO; K]);
+        applied.product.resize(n, [0.0; K]);
+        let p = &applied.pressure[..];
+        self.neighbours.map(&mut applied.pushed[..n], |near| {
             let (own, local) = (p[near.i], &self.local[near.i]);
             let (gradients, sum) = if self.corrected {
-                (near.other, local.correct(local.sum.extend(0.0)).truncate())
+                (near.other, local.correct(local.sum.extend(0.0)))
             } else {
-                (near.pair, local.sum)
+                (near.pair, local.sum.extend(0.0))
             };
-            let others = near.sum(gradients, |j, g| p[j] * g);
-            (-others.truncate() - own * sum).extend(0.0)
+            let others = near.sums(gradients, |j, g| p[j].map(|p| p * g));
+            let all = |k: usize| (-others[k] - own[k] * sum).with_w(-self.solution.firm * own[k]);
+            std::array::from_fn(all)
         });
-        self.mirrors.extend_vectors(out, n);
+        self.mirrors
+            .extend(&mut applied.pushed, n, |v, sign| v.map(|v| v * sign));
+        for (k, carried) in applied.carried.iter_mut().enumerate() {
+            self.carry(|i| p[i][k], carried);
+        }
+    }
+
+    /// What bodies do under pressures.
+    pub(crate) fn carry(&self, pressure: impl Fn(usize) -> f32, out: &mut Carried) {
         match self.floating {
-            Some((floating, mass)) => floating.accelerate(p, mass, n, carried),
-            None => carried.clear(),
+            Some((floating, mass)) => floating.accelerate(pressure, mass, self.n(), out),
+            None => out.clear(),
         }
     }
 
-    /// How far particle `i` is from a solution: compression that is left, or what a pressure too high opens.
-    #[inline]
-    fn error(&self, i: usize, residual: f32, pressure: f32) -> f64 {
-        let error = if residual > 0.0 {
-            residual
-        } else {
-            (-residual).min(pressure * self.gain / self.inverse(i))
-        };
-        f64::from(error)
-    }
-
-    #[inline]
-    fn inverse(&self, i: usize) -> f32 {
+    /// Inverse of the diagonal but for the factor c, m².
+    #[inline(always)]
+    pub(crate) fn inverse(&self, i: usize) -> f32 {
         self.local[i].inverse[usize::from(!self.corrected)]
-    }
-
-    /// Solves for `pressure`, which holds a guess, and leaves its accelerations in `work`. Returns the applications of
-    /// the matrix and the mean residual.
-    pub(crate) fn solve(&self, pressure: &mut [f32], work: &mut Buffers, tolerance: f64) -> (u32, f64) {
-        let n = self.n();
-        for list in [&mut work.residual, &mut work.product, &mut work.weight] {
-            list.resize(n, 0.0);
-        }
-        work.pressure.clear();
-        work.pressure.extend_from_slice(pressure);
-        let mut iterations = 0;
-        let left = loop {
-            self.accelerate(&mut work.pressure, &mut work.acceleration, &mut work.carried);
-            let (a, p, source) = (&work.acceleration, &work.pressure, &work.source);
-            let carried = &work.carried;
-            let left = self
-                .neighbours
-                .map_sum(&mut work.residual, &mut work.partial, |near| {
-                    let rate = self.rate(&near, a) - carried.at(near.i);
-                    let residual = source[near.i] + self.gain * rate;
-                    (residual, self.error(near.i, residual, p[near.i]))
-                })
-                / n as f64;
-            iterations += 1;
-            if left <= tolerance || iterations >= MOST || !left.is_finite() {
-                break left;
-            }
-            iterations += self.descend(work, self.enough * tolerance * n as f64);
-        };
-        pressure.copy_from_slice(&work.pressure[..n]);
-        (iterations, left)
-    }
-
-    /// Conjugate gradients on one set of particles, until the sum of the residuals is `enough` or less than what letting
-    /// go of those that pull would add. Returns the steps taken.
-    fn descend(&self, work: &mut Buffers, enough: f64) -> u32 {
-        let n = self.n();
-        // The preconditioner; particles that take no part have the weight 0, and so no direction.
-        let (p, r) = (&work.pressure, &work.residual);
-        let tasks = work.weight.par_iter_mut().with_min_len(TASK).enumerate();
-        tasks.for_each(|(i, weight)| {
-            *weight = if r[i] < 0.0 && p[i] <= 0.0 {
-                0.0
-            } else {
-                self.inverse(i)
-            };
-        });
-        work.direction.clear();
-        work.direction.resize(n, 0.0);
-        let weight = &work.weight;
-        let mut size = reduce::sum(n, |i| f64::from(r[i] * r[i] * weight[i]));
-        let (mut keep, mut steps) = (0.0, 0);
-        while steps < RUN && size > 0.0 {
-            let (r, weight) = (&work.residual, &work.weight);
-            let tasks = work.direction[..n].par_iter_mut().with_min_len(TASK).enumerate();
-            tasks.for_each(|(i, s)| *s = r[i] * weight[i] + keep * *s);
-            self.accelerate(&mut work.direction, &mut work.pushed, &mut work.carried);
-            let (pushed, direction, carried) = (&work.pushed, &work.direction, &work.carried);
-            let curvature = self
-                .neighbours
-                .map_sum(&mut work.product, &mut work.partial, |near| {
-                    let product = -self.gain * (self.rate(&near, pushed) - carried.at(near.i));
-                    (product, f64::from(product * direction[near.i]))
-                });
-            steps += 1;
-            if !(curvature > 0.0) {
-                break;
-            }
-            let along = (size / curvature) as f32;
-            let product = &work.product;
-            let tasks = work.pressure[..n].par_iter_mut().zip(&mut work.residual);
-            tasks.with_min_len(TASK).enumerate().for_each(|(i, (p, r))| {
-                *p += along * direction[i];
-                *r -= along * product[i];
-            });
-            let (p, r) = (&work.pressure, &work.residual);
-            let [spoilt, left, next] = reduce::reduce(
-                n,
-                [0.0; 3],
-                |i| {
-                    let share = f64::from(r[i] * r[i] * weight[i]);
-                    let pull = f64::from((-p[i]).max(0.0) * self.gain / self.inverse(i));
-                    let left = if weight[i] > 0.0 { r[i].abs() } else { 0.0 };
-                    [pull, f64::from(left), share]
-                },
-                |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]],
-            );
-            if left <= enough || spoilt > BEARABLE * left {
-                break;
-            }
-            keep = (next / size) as f32;
-            size = next;
-        }
-        let tasks = work.pressure[..n].par_iter_mut().with_min_len(TASK);
-        tasks.for_each(|p| *p = p.max(0.0));
-        steps
     }
 }
 
-/// Inverse of the diagonal of D Dᵀ, m², with L and without, from the sums of the squares of g and of L g; `least` bounds
-/// the diagonal from below.
-pub(crate) fn inverse_diagonal([plain, corrected]: [f32; 2], local: &Local, least: f32) -> [f32; 2] {
+/// Inverse of the diagonals, m², with L and without, from the sums of the squares of g and of L g and the sum of F; `firm` are
+/// the shares of R, without L and with it, and `least` bounds the diagonals from below.
+pub(crate) fn inverse_diagonal(
+    [plain, corrected, beside]: [f32; 3],
+    local: &Local,
+    firm: [f32; 2],
+    least: f32,
+) -> [f32; 2] {
     let sum = local.correct(local.sum.extend(0.0));
     [
-        1.0 / (corrected + sum.length_squared()).max(least),
-        1.0 / (plain + local.sum.length_squared()).max(least),
+        1.0 / (corrected + sum.length_squared() + firm[1] * beside).max(least),
+        1.0 / (plain + local.sum.length_squared() + firm[0] * beside).max(least),
     ]
 }

@@ -1,11 +1,14 @@
-//! Viscosity from water to honey: a central force between particles, explicit where that is stable and else implicit.
+//! Viscosity from water to honey: a central force between particles, explicit where that is stable (`noise` takes it along)
+//! and else implicit.
 //!
 //! a_i = 10 ν Σ_j V (v_ij · x_ij) ∇W / (r² + h²/100) (Monaghan 2005; implicit after Weiler et al. 2018). Forces along the
-//! line of a pair keep linear and angular momentum, and a rigid turn feels none. With the cached gradient g ∥ x the sum
-//! is −ν Σ_j w g (v_ij · g), with the weight w of the pair beside its gradient. Where water sticks, walls and obstacles
-//! pull with their own velocity.
+//! line of a pair keep linear and angular momentum, and a rigid turn feels none. With the cached gradient g = −F x the sum
+//! is −ν Σ_j w g (v_ij · g), w = 10 / (F (r² + h²/100)). Where water sticks, walls and obstacles pull with their own
+//! velocity.
 
 use super::fluid::{Fluid, TASK};
+use super::kernel::CubicSpline;
+use super::settings::Settings;
 use crate::reduce;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -17,11 +20,15 @@ const TOLERANCE: f64 = 1e-4;
 /// Iterations at most.
 const MOST: u32 = 400;
 
-/// Changes the velocities by the viscous force over `dt`. Returns the iterations of the implicit solution.
+/// Whether a step of `dt` seconds may be explicit: what sticks is pulled too hard for it.
+pub(super) fn explicit(settings: &Settings, dt: f32) -> bool {
+    settings.viscosity * dt <= EXPLICIT * settings.spacing.powi(2) && !settings.sticks
+}
+
+/// Changes the velocities by the viscous force over `dt`, unless [`explicit`] is. Returns the iterations of the solution.
 pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
     let scale = fluid.settings.viscosity * dt;
-    let d = fluid.settings.spacing;
-    if !(scale > 0.0) {
+    if !(scale > 0.0) || explicit(&fluid.settings, dt) {
         return 0;
     }
     let n = fluid.len();
@@ -40,15 +47,6 @@ pub(super) fn apply(fluid: &mut Fluid, dt: f32) -> u32 {
             *r = scale * (touch.dragged.extend(0.0) - *r);
         });
     fluid.work.residual = residual;
-    if scale <= EXPLICIT * d * d && !fluid.settings.sticks {
-        let change = &fluid.work.residual;
-        fluid.work.flow[..n]
-            .par_iter_mut()
-            .with_min_len(TASK)
-            .zip(change)
-            .for_each(|(v, r)| *v += *r);
-        return 0;
-    }
     conjugate_gradients(fluid, scale)
 }
 
@@ -105,15 +103,27 @@ fn conjugate_gradients(fluid: &mut Fluid, scale: f32) -> u32 {
     iterations
 }
 
+/// h²/100.
+pub(super) fn soft(kernel: &CubicSpline) -> f32 {
+    0.01 * kernel.support().powi(2)
+}
+
+/// The weight w of a pair at a distance of which `square` is the square.
+#[inline(always)]
+pub(super) fn weight(pair: Vec4, square: f32, soft: f32) -> f32 {
+    10.0 / (pair.w.max(1e-20) * (square + soft))
+}
+
 /// K v: viscous deceleration per viscosity, 1/m² times m/s.
 fn operator(fluid: &Fluid, velocity: &[Vec4], out: &mut [Vec4]) {
-    let touch = &fluid.work.touch;
+    let (touch, place, soft) = (&fluid.work.touch, &fluid.work.place, soft(&fluid.kernel));
     fluid.neighbours.map(out, |near| {
-        let v = velocity[near.i];
+        let (p, v) = (place[near.i], velocity[near.i]);
         let mut sum = Vec4::ZERO;
         for (j, pair) in near.pairs() {
             // The fourth component of velocities is 0, so that of the pair takes no part.
-            sum += pair * (pair.w * pair.dot(v - velocity[j]));
+            let weight = weight(pair, (p - place[j]).length_squared(), soft);
+            sum += pair * (weight * pair.dot(v - velocity[j]));
         }
         (sum.truncate() + touch[near.i].drag * v.truncate()).extend(0.0)
     });
