@@ -137,6 +137,12 @@ impl Gathered {
             self.count += usize::from(near | all);
         }
     }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Vec3>() * self.points.capacity()
+            + size_of::<(usize, usize)>() * self.layers.capacity()
+            + size_of::<Run>() * self.runs.capacity()
+    }
 }
 
 /// The particles within reach of a tile, between the height under search and a radius above and below.
@@ -269,15 +275,24 @@ impl Candidates {
     /// φ of all columns at one height.
     #[inline(always)]
     pub(super) fn potential_at(&self, y: f32, radius: f32) -> Lanes {
-        self.potential(&[y; LANES], radius)
+        let near = self.taken[self.dropped..]
+            .iter()
+            .find(|taken| taken.lowest < y + radius);
+        self.sum(near.map_or(self.end, |taken| taken.begin), &[y; LANES], radius)
     }
 
     /// φ of each column at a height of its own.
     #[inline(always)]
     pub(super) fn potential(&self, y: &Lanes, radius: f32) -> Lanes {
+        self.sum(self.begin, y, radius)
+    }
+
+    /// φ of each column of the candidates from `begin` on.
+    #[inline(always)]
+    fn sum(&self, begin: usize, y: &Lanes, radius: f32) -> Lanes {
         let scale = 1.0 / (radius * radius);
         let mut sums = [0.0; LANES];
-        let (near, heights) = (&self.near[self.begin..self.end], &self.y[self.begin..self.end]);
+        let (near, heights) = (&self.near[begin..self.end], &self.y[begin..self.end]);
         for (near, height) in near.iter().zip(heights) {
             for k in 0..LANES {
                 let dy = y[k] - height;
@@ -285,6 +300,12 @@ impl Candidates {
             }
         }
         sums
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Lanes>() * self.near.capacity()
+            + size_of::<f32>() * self.y.capacity()
+            + size_of::<Taken>() * self.taken.capacity()
     }
 }
 

@@ -40,6 +40,12 @@ pub(super) struct Buffers {
     candidates: Candidates,
 }
 
+impl Buffers {
+    pub(super) fn bytes(&self) -> usize {
+        self.gathered.bytes() + self.candidates.bytes()
+    }
+}
+
 /// A row of blocks under search.
 pub(super) struct Row<'a> {
     pub(super) search: &'a Search,

@@ -18,12 +18,13 @@ use crate::frame::{Channels, Frame, extend_into_dry};
 use crate::grid::{Grid, GridSpec};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Radius h of the potential in particle spacings.
 const RADIUS: f32 = 2.0;
 /// Sides of a block of columns and thickness of its layers in particle spacings.
 const BLOCK: [f32; 2] = [4.0, 4.0];
-const LAYER: f32 = 1.0;
+const LAYER: f32 = 0.5;
 /// Radius of the sphere that holds a particle's water, in spacings: (3/4π)^⅓.
 const DROPLET: f32 = 0.620_35;
 /// Samples by which the surface continues below the shore.
@@ -48,14 +49,33 @@ pub struct Extractor {
     /// Columns along the sides of a block, which is a bin too.
     block: [usize; 2],
     bins: Bins,
+    /// Buffers that no thread has at hand.
+    spare: Mutex<Vec<Buffers>>,
     flow: Vec<[f32; 3]>,
+}
+
+/// Buffers of one thread, given back when it has done with them.
+struct Lent<'a> {
+    buffers: Buffers,
+    spare: &'a Mutex<Vec<Buffers>>,
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        lock(self.spare).push(std::mem::take(&mut self.buffers));
+    }
+}
+
+/// Whoever panicked with them left buffers that are as good as any.
+fn lock(spare: &Mutex<Vec<Buffers>>) -> MutexGuard<'_, Vec<Buffers>> {
+    spare.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Extractor {
     /// For particles of that `spacing`, on the samples of `spec`.
     pub fn new(spec: GridSpec, spacing: f32, root: Root) -> Self {
         let (step, most, close) = match root {
-            Root::Fast => (0.5, FAST, 2e-3),
+            Root::Fast => (0.5, FAST, 1e-2),
             Root::Exact => (0.125, 60, 1e-6),
         };
         // Whole tiles. Wider blocks share more, but not all of it is within reach of each tile.
@@ -76,6 +96,7 @@ impl Extractor {
             },
             block,
             bins: Bins::new(spec, block, LAYER * spacing),
+            spare: Mutex::default(),
             flow: Vec::new(),
         }
     }
@@ -138,7 +159,11 @@ impl Extractor {
             .as_mut_slice()
             .par_chunks_mut(self.spec.width() * self.block[1]);
         let rows = rows.enumerate();
-        rows.for_each_init(Buffers::default, |buffers, (row, out)| {
+        let lend = || Lent {
+            buffers: lock(&self.spare).pop().unwrap_or_default(),
+            spare: &self.spare,
+        };
+        rows.for_each_init(lend, |lent, (row, out)| {
             pulp::Arch::new().dispatch(Row {
                 search: &self.search,
                 bins: &self.bins,
@@ -147,7 +172,7 @@ impl Extractor {
                 ground,
                 first: row * self.block[1],
                 across: self.block[0],
-                buffers,
+                buffers: &mut lent.buffers,
                 out,
             });
         });
@@ -208,7 +233,8 @@ impl Extractor {
 
     /// Bytes held.
     pub fn bytes(&self) -> u64 {
-        (self.bins.bytes() + 12 * self.flow.capacity()) as u64
+        let spare: usize = lock(&self.spare).iter().map(Buffers::bytes).sum();
+        (self.bins.bytes() + spare + 12 * self.flow.capacity()) as u64
     }
 }
 
