@@ -4,8 +4,8 @@
 //! incompressible) or `mcg03` (state equation). A step sorts the particles into cells (`cells`), lists neighbours with
 //! what every pass needs of a pair (`neighbours`), adds images beyond flat walls (`mirrors`) and what other boundaries fill
 //! (`boundary`, `obstacle`, `distance_field`), damps what is not resolved (`noise`), and finds viscosity (`viscosity`) and
-//! pressure (`mcg03` with `slabs` and `eight`; `dfsph` with `correction` and `pressure`). `extract` makes heightfield
-//! frames of the particles (`covered`: where bodies stand in it); `solver` drives both for a scene (`from_scene`), with what pours
+//! pressure (`mcg03` with `slabs` and `eight`; `dfsph` with `correction`, `pressure` and `complementarity`). `extract` makes
+//! heightfield frames of the particles (with `bins`, `candidates` and `crossing`; `covered`: where bodies stand in it); `solver` drives both for a scene (`from_scene`), with what pours
 //! in (`jets`), what acts on the water (`actions`), and bodies that it moves (`floating`, `floats`).
 
 mod actions;
