@@ -45,17 +45,19 @@ fn measure(spacing: f32, seconds: f64) -> Result<(), Box<dyn Error + Send + Sync
     }
     let spent = cpu()? - start;
     let each = |k: usize| f64::from(iterations[k]) / f64::from(steps);
-    println!(
-        "dfsph: {} particles, {:.2} CPU s a second, {steps} steps, {:.2} µs a particle and step, iterations {:.1} \
+    if steps > 0 {
+        println!(
+            "dfsph: {} particles, {:.2} CPU s a second, {steps} steps, {:.2} µs a particle and step, iterations {:.1} \
          (velocities) {:.1} (displacements), {stalls} stalled, compression {:.4} % (worst {:.3} %)",
-        fluid.len(),
-        spent / t,
-        1e6 * spent / f64::from(steps) / fluid.len() as f64,
-        each(1),
-        each(0),
-        100.0 * compression / t,
-        100.0 * worst,
-    );
+            fluid.len(),
+            spent / t,
+            1e6 * spent / f64::from(steps) / fluid.len() as f64,
+            each(1),
+            each(0),
+            100.0 * compression / t,
+            100.0 * worst,
+        );
+    }
     let spec = GridSpec::new(
         Vec2::ZERO,
         0.5 * spacing,

@@ -1,5 +1,7 @@
 //! Particles by bins of columns and, in each bin, by layers from the top down.
 
+use super::cells::bounds;
+use super::counting;
 use super::fluid::Fluid;
 use crate::grid::GridSpec;
 use glam::{Vec2, Vec4};
@@ -67,17 +69,7 @@ impl Bins {
     /// Sorts the particles of `fluid`.
     pub(super) fn sort(&mut self, fluid: &Fluid) {
         let positions = fluid.positions();
-        let Some(first) = positions.first() else {
-            self.layers = 1;
-            self.start.clear();
-            self.start.resize(self.size[0] * self.size[1] + 2, 0);
-            return;
-        };
-        let (mut low, mut high) = (*first, *first);
-        for p in positions {
-            low = low.min(*p);
-            high = high.max(*p);
-        }
+        let (low, high) = bounds(positions);
         self.top = high.y;
         let bins = self.size[0] * self.size[1];
         let most = ((LAYERS_A_PARTICLE * positions.len() + FEWEST) / bins).max(1);
@@ -93,23 +85,11 @@ impl Bins {
             out: &mut key,
         });
         self.key = key;
-        // Counted two places on and summed, starts stand one place on; taking particles up moves each to where it belongs.
-        self.start.clear();
-        self.start.resize(bins * self.layers + 2, 0);
-        for &key in &self.key {
-            self.start[key as usize + 2] += 1;
-        }
-        let mut sum = 0;
-        for start in &mut self.start {
-            sum += *start;
-            *start = sum;
-        }
         self.sorted.resize(positions.len(), Vec4::ZERO);
-        for (p, &key) in positions.iter().zip(&self.key) {
-            let at = &mut self.start[key as usize + 1];
-            self.sorted[*at as usize] = *p;
-            *at += 1;
-        }
+        let sorted = &mut self.sorted;
+        counting::sort(&self.key, bins * self.layers, &mut self.start, |k, at| {
+            sorted[at] = positions[k];
+        });
     }
 
     /// Layer at height `y`: 0 is the highest.

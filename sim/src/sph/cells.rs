@@ -1,5 +1,6 @@
 //! A dense grid of cells by counting sort: particles of one cell, and cells of one row, are neighbours in memory.
 
+use super::counting;
 use super::eight::{LANES, Machine};
 use glam::{UVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -39,7 +40,7 @@ impl Cells {
     /// Sorts `positions` into cells of `width`. [`Self::order`] then says which particle goes where; the caller moves
     /// them.
     pub(crate) fn sort(&mut self, positions: &[Vec4], width: f32) {
-        self.sort_along([0, 1, 2], positions, width);
+        self.sort_along([0, 1, 2], bounds(positions), positions, width);
     }
 
     /// The same with layers, of which Y counts, across the longest side of the box of all positions: as many and as
@@ -50,12 +51,12 @@ impl Cells {
         let mut axes = [0, 1, 2];
         axes.sort_by(|a: &usize, b| side[*b].total_cmp(&side[*a]));
         let [longest, middle, shortest] = axes;
-        self.sort_along([middle, longest, shortest], positions, width);
+        self.sort_along([middle, longest, shortest], (low, high), positions, width);
     }
 
-    fn sort_along(&mut self, axes: [usize; 3], positions: &[Vec4], width: f32) {
+    /// Sorts what is between the corners `low` and `high`.
+    fn sort_along(&mut self, axes: [usize; 3], (low, high): (Vec3, Vec3), positions: &[Vec4], width: f32) {
         let n = positions.len();
-        let (low, high) = bounds(positions);
         let (low, high) = (turned(axes, low), turned(axes, high));
         self.axes = axes;
         self.low = low;
@@ -87,26 +88,9 @@ impl Cells {
                 let c = coordinates(turned(axes, p.truncate()), low, inverse, grid);
                 *cell = (c.y * grid.z + c.z) * grid.x + c.x;
             });
-        self.start.clear();
-        self.start.resize(cells + 1, 0);
-        for &c in &self.cell {
-            self.start[c as usize] += 1;
-        }
-        let mut sum = 0;
-        for s in &mut self.start {
-            sum += std::mem::replace(s, sum);
-        }
         self.order.resize(n, 0);
-        for (k, &c) in self.cell.iter().enumerate() {
-            let at = &mut self.start[c as usize];
-            self.order[*at as usize] = k as u32;
-            *at += 1;
-        }
-        // Every start has moved to its cell's end, which is the next one's start.
-        for c in (1..=cells).rev() {
-            self.start[c] = self.start[c - 1];
-        }
-        self.start[0] = 0;
+        let order = &mut self.order;
+        counting::sort(&self.cell, cells, &mut self.start, |k, at| order[at] = k as u32);
     }
 
     /// Old number of each particle, in the new order.
@@ -140,8 +124,9 @@ impl Cells {
         runs
     }
 
-    /// The same for what follows particle `i` in memory, which is at `p` of the grid's axes: of two particles, this finds the later one from the
-    /// earlier one alone. The rows it looks at, side by side: its own, the next one, and three of the next layer.
+    /// The same for what follows particle `i` in memory, which is at `p` of the grid's axes: of two particles, this finds the
+    /// later one from the earlier one alone. The rows it looks at, side by side: its own, the next one, and three of the
+    /// next layer.
     #[inline(always)]
     pub(crate) fn runs_ahead<M: Machine>(&self, m: M, i: usize, p: Vec3) -> Ahead {
         let c = coordinates(p, self.low, self.inverse, self.size);
@@ -286,7 +271,7 @@ fn coordinates(p: Vec3, low: Vec3, inverse: Vec3, size: UVec3) -> UVec3 {
 }
 
 /// The box of all positions; a point if there is none.
-fn bounds(positions: &[Vec4]) -> (Vec3, Vec3) {
+pub(super) fn bounds(positions: &[Vec4]) -> (Vec3, Vec3) {
     let Some(first) = positions.first() else {
         return (Vec3::ZERO, Vec3::ZERO);
     };

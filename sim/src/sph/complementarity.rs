@@ -1,7 +1,7 @@
 //! Pressures that push and never pull, for which no particle is compressed: a linear complementarity problem.
 //!
-//! Sought are p ≥ 0 such that r = s + c (D a(p) − R p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be and R a
-//! little of what keeps pressures smooth (`pressure`). Conjugate gradients with the diagonal as preconditioner run on the
+//! Sought are p ≥ 0 such that r = s + c (D a(p) − R p) ≤ 0, and = 0 where p > 0, with s the compression that is not to be
+//! and R a little of what keeps pressures smooth (`pressure`). Conjugate gradients with the diagonal as preconditioner run on the
 //! particles that push, or should. Those that come to pull are let go when that spoils no longer little beside what is
 //! left to solve. That does not end the run: what letting them go changes is found together with what the next direction
 //! does, in one pass over the pairs, and that direction is made conjugate to the last one on the particles that are left.

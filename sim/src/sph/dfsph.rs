@@ -115,7 +115,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
     let n = fluid.len();
     let mass = fluid.particle_mass();
     let work = &mut fluid.work;
-    fluid.floating.carried(true, n, &mut work.buffers.carried);
+    fluid.floating.carried(true, n, &mut work.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -126,7 +126,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
         floating: (!fluid.floating.floats.is_empty()).then_some((&fluid.floating, mass)),
         solution: VELOCITIES,
     };
-    let carried = std::mem::take(&mut work.buffers.carried);
+    let carried = &work.carried;
     let besides = |i: usize| (work.local[i].filled - 1.0).min(0.0) - dt * (system.moving(i) + carried.at(i));
     let tolerance = fluid.settings.velocity_tolerance(dt);
     let guess = &mut fluid.particles.pressure;
@@ -148,7 +148,7 @@ pub(super) fn remove_divergence(fluid: &mut Fluid, dt: f32, stepped: &mut Steppe
 pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
     let n = fluid.len();
     let work = &mut fluid.work;
-    fluid.floating.carried(false, n, &mut work.buffers.carried);
+    fluid.floating.carried(false, n, &mut work.carried);
     let system = System {
         neighbours: &fluid.neighbours,
         mirrors: &fluid.mirrors,
@@ -159,7 +159,7 @@ pub(super) fn keep_density(fluid: &mut Fluid, dt: f32, stepped: &mut Stepped) {
         floating: None,
         solution: SHIFTS,
     };
-    let carried = std::mem::take(&mut work.buffers.carried);
+    let carried = &work.carried;
     let besides = |i: usize| {
         let over = work.local[i].density - 1.0;
         (SHARE * over.max(0.0)).min(GENTLE) + over.min(0.0) - dt * (system.moving(i) + carried.at(i))

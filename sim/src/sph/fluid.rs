@@ -4,7 +4,7 @@ use super::boundary::{Boundary, Touch, WallTable};
 use super::cells::Cells;
 use super::complementarity::Buffers;
 use super::correction::Local;
-use super::floating::{Float, Floating};
+use super::floating::{Carried, Float, Floating};
 use super::kernel::{CubicSpline, Muller};
 use super::mirrors::{Inner, Mirrors};
 use super::neighbours::Neighbours;
@@ -49,6 +49,8 @@ pub(crate) struct Work {
     pub(crate) gradient: Vec<Gradient>,
     /// Changes of velocity, then displacements.
     pub(crate) change: Vec<Vec4>,
+    /// What the motion of bodies takes from the rates of compression.
+    pub(crate) carried: Carried,
     pub(crate) buffers: Buffers,
     pub(crate) fields: mcg03::Fields,
     pub(crate) residual: Vec<Vec4>,
@@ -454,6 +456,7 @@ impl Fluid {
             + size_of::<Local>() * w.local.capacity()
             + size_of::<Gradient>() * w.gradient.capacity()
             + 8 * w.inverse.capacity()
+            + w.carried.bytes()
             + w.buffers.bytes()
             + w.fields.bytes()
             + self.mirrors.bytes()

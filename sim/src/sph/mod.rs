@@ -5,8 +5,9 @@
 //! what every pass needs of a pair (`neighbours`), adds images beyond flat walls (`mirrors`) and what other boundaries fill
 //! (`boundary`, `obstacle`, `distance_field`), damps what is not resolved (`noise`), and finds viscosity (`viscosity`) and
 //! pressure (`mcg03` with `slabs` and `eight`; `dfsph` with `correction`, `pressure` and `complementarity`). `extract` makes
-//! heightfield frames of the particles (with `bins`, `candidates` and `crossing`; `covered`: where bodies stand in it); `solver` drives both for a scene (`from_scene`), with what pours
-//! in (`jets`), what acts on the water (`actions`), and bodies that it moves (`floating`, `floats`).
+//! heightfield frames of the particles (with `bins`, `candidates` and `crossing`; `covered`: where bodies stand in it);
+//! `solver` drives both for a scene (`from_scene`), with what pours in (`jets`), what acts on the water (`actions`), and
+//! bodies that it moves (`floating`, `floats`).
 
 mod actions;
 mod bins;
@@ -16,6 +17,7 @@ pub mod cases;
 mod cells;
 mod complementarity;
 mod correction;
+mod counting;
 mod covered;
 mod crossing;
 mod dfsph;

@@ -30,7 +30,8 @@ impl Gradient {
     }
 }
 
-/// Damps the velocities over `dt` seconds, by explicit viscosity as well. `fluid.work.flow` holds them with their images, and does after.
+/// Damps the velocities over `dt` seconds, by explicit viscosity as well. `fluid.work.flow` holds them with their images, and
+/// does after.
 pub(super) fn damp(fluid: &mut Fluid, dt: f32) {
     let n = fluid.len();
     let work = &mut fluid.work;

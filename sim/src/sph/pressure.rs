@@ -3,8 +3,8 @@
 //! With D the rate of compression, pressures p accelerate particles by a(p) = −Dᵀ p, so that c D a(p) = −c D Dᵀ p is what
 //! they take from the compression, symmetric and never positive. `complementarity` looks for the pressures.
 //!
-//! Pressures that change from one particle to the next push hardly anything, so that D Dᵀ says little of them, and what it says
-//! is mostly how the particles happen to lie. A small share of R p = Σ_j F_ij (p_i − p_j) is added to it, with g = −F x: of smooth
+//! Pressures that change from one particle to the next push hardly anything, so that D Dᵀ says little of them, and what it
+//! says is mostly how the particles happen to lie. A small share of R p = Σ_j F_ij (p_i − p_j) is added to it, with g = −F x: of smooth
 //! pressures that is half of what D Dᵀ makes of them, whatever their length, nothing of linear ones, but much of
 //! those. It is symmetric and never negative as well, and costs nothing: it goes along as the fourth component of vectors.
 
